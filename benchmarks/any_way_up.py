@@ -52,7 +52,7 @@ _CASES = (
 
 
 @dataclass(frozen=True)
-class Shown:
+class PoseTrial:
     """An object as it was shown, and what was found.
 
     Attributes:
@@ -101,7 +101,7 @@ def main() -> int:
         sys.exit(f"{ROBOT} was trained on some of these objects")
     # Objects stand in the order of their classes, so that each class is thinned alike.
     objects = found.objects.subset(np.arange(len(found.objects)) % given.every == 0)
-    shown = list(shown_all(Classifier.load(ROBOT, threads=1), objects))
+    shown = list(pose_trials(Classifier.load(ROBOT, threads=1), objects))
     count, thinned = len(objects), f" --every {given.every}" if given.every > 1 else ""
     about: dict[str, Any] = {"objects": count, "made": made}
     if given.split == "validation":
@@ -119,7 +119,7 @@ def main() -> int:
     return 0
 
 
-def shown_all(classifier: Classifier, objects: ObjectSet) -> Iterator[Shown]:
+def pose_trials(classifier: Classifier, objects: ObjectSet) -> Iterator[PoseTrial]:
     """Each object in each case, with a random turn of its own."""
     report = progress_report()
     for index, label in enumerate(objects.labels):
@@ -133,7 +133,7 @@ def shown_all(classifier: Classifier, objects: ObjectSet) -> Iterator[Shown]:
         ):
             lying = stood(standing, turned)
             ways, floorless = ways_up(classifier, lying), without_floor(classifier, lying)
-            yield Shown(case, objects.classes[label], turned, ways, floorless)
+            yield PoseTrial(case, objects.classes[label], turned, ways, floorless)
         if index % 25 == 0:
             report(index, len(objects), str(objects.names[index]))
 
@@ -155,7 +155,7 @@ def with_floor(cloud: PointCloud, rng: np.random.Generator) -> PointCloud:
     return PointCloud(np.concatenate([points, disc]))
 
 
-def measured(shown: Sequence[Shown], bounds: Sequence[float]) -> list[dict[str, Any]]:
+def measured(shown: Sequence[PoseTrial], bounds: Sequence[float]) -> list[dict[str, Any]]:
     """A row for each bound and case: the share of objects of which each judgement holds."""
     rows = []
     for close in bounds:

@@ -28,7 +28,7 @@ from benchmarks.report import Row, write_report
 from circumspect.classification import Classifier
 from circumspect.geometry import PinholeCamera, PointCloud
 from circumspect.viewer.dashboard import Dashboard
-from circumspect.viewer.shown import Shown, ShownImages, ShownObject
+from circumspect.viewer.dashboard_state import DashboardState, FrameImages, ObjectSnapshot
 
 POINTS, UPDATES, FRAMES = 200_000, 100, 300
 WANTED = 20.0
@@ -38,7 +38,7 @@ FLAGS = (
 )  # fmt: skip
 
 
-def moments(classifier: Classifier) -> Callable[[int], Shown]:
+def moments(classifier: Classifier) -> Callable[[int], DashboardState]:
     """Moments of a run whose object differs from one to the next."""
     rng = np.random.default_rng(0)
     directions = rng.normal(size=(POINTS, 3))
@@ -57,15 +57,15 @@ def moments(classifier: Classifier) -> Callable[[int], Shown]:
     azimuths = np.linspace(0, 2 * np.pi, FRAMES)
     path = 1.5 * np.column_stack([np.cos(azimuths), np.sin(azimuths), np.ones(FRAMES)])
 
-    def moment(number: int) -> Shown:
+    def moment(number: int) -> DashboardState:
         index = number % FRAMES
         # Another object each time: nothing can be kept from the update before.
         points = directions * (0.5 + 0.05 * np.sin(7 * directions[:, :1] + 0.1 * number))
         grid = classifier.input_spec.bounds(PointCloud(points)).hits(points)
         seen = rng.integers(1, 50, POINTS)
-        return Shown(
-            rows, index + 1, ShownObject(points, directions, seen, grid),
-            ShownImages(depth, colour, number), PinholeCamera.xtion(),
+        return DashboardState(
+            rows, index + 1, ObjectSnapshot(points, directions, seen, grid),
+            FrameImages(depth, colour, number), PinholeCamera.xtion(),
             RigidTransform.from_components(path[index], Rotation.identity()),
             RigidTransform.from_translation([0.0, 0.2, 1.2]), path[: index + 1], path[: index + 1],
         )  # fmt: skip
@@ -107,7 +107,7 @@ def browser(dashboard: Dashboard) -> Iterator[list[int]]:
         started.close()
 
 
-def measured(dashboard: Dashboard, made: list[Shown], what: str) -> Row:
+def measured(dashboard: Dashboard, made: list[DashboardState], what: str) -> Row:
     """Time from update to update, as fast as the page's thread takes them."""
     for shown in made[:3]:
         dashboard.show(shown)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from benchmarks.report import RESULTS, write_page
 from circumspect.classification import Classifier, GridSpec, OnnxClassifier
 from circumspect.classification.model_facts import ModelFacts
-from circumspect.cli.commands.calibrate import held_back_objects, scan_augmentation
+from circumspect.cli.commands.calibrate import calibration_objects, scan_augmentation
 from circumspect.datasets.labelled_crops import read_labelled_crops
 from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.evaluation.accuracy import area_under_curve
@@ -62,7 +62,7 @@ def simulated(
 ) -> tuple[Answers, Answers]:
     """Answers to held-back objects, with rays and without."""
     assert isinstance(classifier.input_spec, GridSpec)
-    sources = held_back_objects(classifier, data, catalogues)
+    sources = calibration_objects(classifier, data, catalogues)
     scans = held_back_scans(sources, scan_augmentation(classifier), classifier.input_spec, SCANS)
     return (
         Answers.of(classifier, scans.with_rays()),

@@ -316,10 +316,10 @@ def _next_run(first: Scan, command: str, following: NextRun) -> tuple[Scan, Simu
         request = _latest(following.requests)
         # Seed, folder and recording are those of the first run only.
         wanted = replace(
-            first, object=request.thing, start=request.start_deg, planner=request.planner,
+            first, object=request.object_name, start=request.start_deg, planner=request.planner,
             seed=None, out=None, record=None,
         )  # fmt: skip
-        if request.thing != first.object:
+        if request.object_name != first.object:
             wanted = replace(wanted, data=None, up=None, height=None)
         try:
             return wanted, wanted.prepared(command)
