@@ -57,7 +57,7 @@ def main() -> None:
         cloud = objects.cloud(int(index))
         grid = input_spec.bounds(cloud).hits(input_spec.surface(cloud).points_xyz)
         found = cell_evidence(classifier, grid)
-        grid_counts.append(found.asked)
+        grid_counts.append(found.grid_count)
         near = nearest_examples(classifier, cloud)
         truth = objects.classes[objects.labels[index]]
         correct.append(near[0].label == truth)
