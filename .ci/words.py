@@ -20,7 +20,9 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 WORDS, LEFT = HERE / "words.txt", HERE / "words_left.txt"
-PLACES = ("*.md", "docs", "examples", "experiments", "native", "ros2", "src", "tests")
+PLACES = (
+    "*.md", "benchmarks/*.py", "docs", "examples", "experiments", "native", "ros2", "src", "tests",
+)  # fmt: skip
 """What is checked, relative to the repository; "*.md" are the pages beside the README."""
 SKIPPED = ("docs/development", "tests/release/test_words.py")
 """The laboratory notebook quotes its past, the test of this check its words."""

@@ -1,12 +1,12 @@
-"""What each part of the tracker is worth: recorded frames, tracked without it.
+"""Ablation of the tracker: recorded frames, tracked without one part at a time.
 
     python -m benchmarks.ablation                       # all data; hours
     python -m benchmarks.ablation --every 6 --every-fault 3
     python -m benchmarks.ablation --timing              # milliseconds, on an idle machine
-    python -m benchmarks.ablation --tables              # only from what is there
+    python -m benchmarks.ablation --tables              # only from existing records
 
-A run is one JSON line in `runs/ablation.jsonl`, and is not repeated. `benchmarks.recorded_scans`
-records the scans. The table has the recordings that all rows are there of.
+Each run is one JSON line in `runs/ablation.jsonl` and is not repeated. `benchmarks.recorded_scans`
+records the scans. The tables cover the recordings on which every variant was run.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ import numpy as np
 
 from benchmarks.ablation_data import FAULTS, GROUPS, Source, loaded, real, scans
 from benchmarks.ablation_rules import RULES
-from benchmarks.asked import command_with
 from benchmarks.open_loop import OpenLoopTracker, run_open_loop
 from benchmarks.open_loop_trackers import GicpWithOdometry, KernelOnly, OwnTracker, WheelsOnly
 from benchmarks.provenance import made_by, provenance
 from benchmarks.recorded_scans import FOLDER
 from benchmarks.report import RESULTS, progress_report, write_page
 from benchmarks.rule_patches import probed, without
+from benchmarks.selection import command_with_flags
 from circumspect.errors import CircumspectError
 from circumspect.gathering.job_pool import LocalPool, records, run_all
 from circumspect.tracking import TrackingSettings
@@ -39,7 +39,7 @@ NAME = "ablation"
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 RECORDS, TIMES = "ablation.jsonl", "ablation_timing.jsonl"
 SETTINGS = ("every", "every_fault", "frames", "scan_frames")
-"""Flags that say what is measured."""
+"""Flags that determine what is measured."""
 ALL, NONE = "all", "all off"
 BASELINES: dict[str, Callable[[TrackingSettings], OpenLoopTracker]] = {
     "wheels only": WheelsOnly,
@@ -52,7 +52,7 @@ KIDNAPPED = "robot_kidnapped"
 
 Record = dict[str, Any]
 Results = Mapping[str, Mapping[str, Record]]
-"""By the key of a recording, then by variant."""
+"""Records by recording, then by variant."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,9 @@ class AblationJob:
     """A tracker on a recording.
 
     Attributes:
-        variant: One of `VARIANTS`: "all rules", the rule that is off, or a baseline.
+        variant: One of `VARIANTS`: all rules, the rule that is switched off, or a baseline.
         source: The recording.
-        timed: Whether only its time counts.
+        timed: Whether the run only measures time.
     """
 
     variant: str
@@ -76,7 +76,7 @@ class AblationJob:
 
     @property
     def probed(self) -> bool:
-        """Whether the run shows which rules make a difference."""
+        """Whether the run records which rules make a difference."""
         return self.variant == ALL and not self.timed
 
 
@@ -102,7 +102,7 @@ def _switched(job: AblationJob) -> AbstractContextManager[Any]:
 
 
 def measure(sources: Sequence[Source], path: Path, workers: int) -> None:
-    """Run all variants, but those whose rule makes no difference on a recording."""
+    """Run all variants, except for rules that make no difference on a recording."""
     progress = progress_report()
     full = run_all(
         [AblationJob(ALL, source) for source in sources], run, path, LocalPool(workers), progress
@@ -119,20 +119,20 @@ def measure(sources: Sequence[Source], path: Path, workers: int) -> None:
 
 
 def results(found: Sequence[Record], sources: Sequence[Source]) -> Results:
-    """Of the recordings that all variants are there of."""
+    """Records of the recordings on which every variant was run."""
     by_source: dict[str, dict[str, Record]] = {}
     for record in found:
         by_source.setdefault(record["source"], {})[record["variant"]] = record
     complete = {}
     for source in sources:
-        those = by_source.get(source.key, {})
-        full = those.get(ALL)
+        by_variant = by_source.get(source.key, {})
+        full = by_variant.get(ALL)
         if full is None:
             continue
         idle = {name: full for name in BY_NAME if name not in full.get("active", ())}
-        those = {**idle, **those}
-        if set(VARIANTS) <= set(those):
-            complete[source.key] = those
+        by_variant = {**idle, **by_variant}
+        if set(VARIANTS) <= set(by_variant):
+            complete[source.key] = by_variant
     return complete
 
 
@@ -142,8 +142,8 @@ COLUMNS = """ATE: root mean square position error of live poses, aligned rigidly
 over recordings; max: the largest; final: median after all corrections; worst: largest error of a
 reliable pose [mm]; σ: largest such error in standard deviations (errors above 10 mm only); NEES:
 median (5.3 expected); rel.: share of reliable poses; held: recordings whose last 20 poses are
-reliable and within 50 mm; kidn.: the same of kidnapped robots; acts: recordings whose figures
-differ from those of "all" as printed. Baselines call every pose reliable."""
+reliable and within 50 mm; kidn.: the same for kidnapped robots; acts: recordings whose figures
+differ from by_variant of "all" as printed. Baselines call every pose reliable."""
 
 
 def row(variant: str, chosen: Sequence[Mapping[str, Record]]) -> dict[str, Any]:
@@ -177,11 +177,11 @@ FIGURES = ("ate_mm", "final_ate_mm", "worst_reliable_mm", "worst_reliable_sigmas
 
 def _differs(one: Record, other: Record) -> bool:
     """Whether two runs differ by more than the tables' precision."""
-    first, second = map(_shown, (one, other))
+    first, second = map(_printed, (one, other))
     return first != second
 
 
-def _shown(record: Record) -> tuple[Any, ...]:
+def _printed(record: Record) -> tuple[Any, ...]:
     if "error" in record:
         return (record["error"],)
     figures = (_number(record[name]) for name in FIGURES)
@@ -208,7 +208,7 @@ def cells(found: Mapping[str, Any]) -> list[str]:
 
 
 def _number(value: float | None) -> str:
-    """At most five characters."""
+    """A number in at most five characters."""
     if value is None:
         return "–"
     if value < 99.95:
@@ -241,7 +241,7 @@ def timing_table(found: Sequence[Record]) -> str:
 
 
 def page(found: Results, sources: Sequence[Source], times: Sequence[Record]) -> tuple[str, Record]:
-    """The text, and its figures."""
+    """The text and its figures."""
     parts, figures = [COLUMNS], {}
     for group in GROUPS:
         chosen = [found[s.key] for s in sources if s.group == group and s.key in found]
@@ -258,13 +258,13 @@ def page(found: Results, sources: Sequence[Source], times: Sequence[Record]) -> 
     if times:
         parts += ["## Time\n\nMedian milliseconds of a frame.", timing_table(times)]
     notes = "\n".join(f"- {rule.name}: {rule.neutral}" for rule in RULES)
-    parts.append(f"## Parts\n\nWhat happens without each:\n\n{notes}")
+    parts.append(f"## Parts\n\nEffect of switching each part off:\n\n{notes}")
     return "\n\n".join(parts), figures
 
 
 def main() -> int:
-    """Run what is not there yet and write the tables."""
-    given, usual = _parser().parse_args(), _parser().parse_args([])
+    """Run missing variants and write the tables."""
+    given, defaults = _parser().parse_args(), _parser().parse_args([])
     sources = [
         *scans(given.scans, given.every, given.every_fault, given.scan_frames),
         *real(given.data, given.frames),
@@ -278,7 +278,7 @@ def main() -> int:
     found = results(records(given.runs / RECORDS), sources)
     text, figures = page(found, sources, records(given.runs / TIMES))
     made = made_by(record for one in found.values() for record in one.values())
-    command = command_with("python -m benchmarks.ablation", given, usual, SETTINGS)
+    command = command_with_flags("python -m benchmarks.ablation", given, defaults, SETTINGS)
     title = "Ablation of the tracker"
     write_page(NAME, title, command, f"{made}\n\n{text}", {"groups": figures}, given.out)
     return 0
@@ -286,17 +286,19 @@ def main() -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--every", type=int, default=1, help="every so many furniture scans")
-    parser.add_argument("--every-fault", type=int, default=1, help="every so many fault scans")
-    parser.add_argument("--frames", type=int, help="at most so many of a real recording")
-    parser.add_argument("--scan-frames", type=int, help="at most so many of a recorded scan")
+    parser.add_argument("--every", type=int, default=1, help="use every N-th furniture scan")
+    parser.add_argument("--every-fault", type=int, default=1, help="use every N-th fault scan")
+    parser.add_argument("--frames", type=int, help="maximum frames of a real recording")
+    parser.add_argument("--scan-frames", type=int, help="maximum frames of a recorded scan")
     parser.add_argument("--scans", type=Path, default=FOLDER, help="folder of recorded scans")
     parser.add_argument("--data", type=Path, default=DATA, help="folder of real recordings")
     parser.add_argument("--runs", type=Path, default=FOLDER.parent, help="folder of the records")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=RESULTS)
-    parser.add_argument("--timing", action="store_true", help="one recording of each group")
-    parser.add_argument("--tables", action="store_true", help="track nothing")
+    parser.add_argument(
+        "--timing", action="store_true", help="measure time on one recording of each group"
+    )
+    parser.add_argument("--tables", action="store_true", help="only write the tables")
     return parser
 
 

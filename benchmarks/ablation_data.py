@@ -23,7 +23,7 @@ FURNITURE, FAULTS, KITCHEN = "furniture", "faults", "redkitchen"
 REAL = (KITCHEN, "tum_teddy", "realsense_desk")
 GROUPS = (FURNITURE, FAULTS, *REAL)
 MAX_STAMP_ERROR_S = 0.01
-"""Frames whose reference pose is from another time are left out."""
+"""Maximum time between a frame and its reference pose [s]; other frames are left out."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Source:
     Attributes:
         group: One of `GROUPS`.
         path: Its file or folder.
-        frames: At most so many are read.
+        frames: Maximum number of frames to read; None reads all.
     """
 
     group: str
@@ -47,12 +47,12 @@ class Source:
 
     @property
     def key(self) -> str:
-        """Name and content."""
+        """Name, number of frames and size of the file."""
         return f"{self.name}/{self.frames or 'all'}/{self.path.stat().st_size}"
 
     @property
     def settings(self) -> TrackingSettings:
-        """As for the tracker's users: the depth of a real camera is not calibrated."""
+        """The defaults for real recordings; simulated depth has no systematic error."""
         simulated = self.group in (FURNITURE, FAULTS)
         if not simulated:
             return TrackingSettings()
@@ -60,10 +60,10 @@ class Source:
 
 
 def scans(folder: Path, every: int, every_fault: int, frames: int | None) -> list[Source]:
-    """Recorded scans of a folder, every so many of each group."""
+    """Recorded scans of a folder, every N-th of each group."""
     paths = sorted(folder.glob("*.npz"))
     if not paths:
-        print(f"no scans: {folder} has none; see benchmarks.recorded_scans", file=sys.stderr)
+        print(f"no scans in {folder}; benchmarks.recorded_scans records them", file=sys.stderr)
     furniture = [path for path in paths if path.name.startswith("none.")]
     faults = [path for path in paths if path not in furniture]
     return [
@@ -73,7 +73,7 @@ def scans(folder: Path, every: int, every_fault: int, frames: int | None) -> lis
 
 
 def real(folder: Path, frames: int | None) -> list[Source]:
-    """Real recordings of a folder, as far as they are there."""
+    """The real recordings that a folder contains."""
     found = []
     for name in REAL:
         path = folder / name if name == KITCHEN else folder / name / "frames.npz"

@@ -29,11 +29,11 @@ from circumspect.tracking.scan_likelihood import ScanLikelihood
 FROM_FRAME, SHOWS_NEW_VIEW = Scan.from_frame, KeyframeMap.shows_new_view
 CONTINUED = HypothesisEvaluation.continued
 HUGE = 1e6
-"""Switches off a bound that it takes the place of."""
+"""Replaces a bound to switch it off."""
 
 
 def _nothing(*_: object, **__: object) -> None:
-    """Takes the place of a method that may find nothing."""
+    """Replaces a method that may return None."""
 
 
 def _no_poses(*_: object, **__: object) -> list[object]:
@@ -85,7 +85,7 @@ def _unlevelled(_: HypothesisEvaluation, pose: PoseWithCovariance, __: FrameInpu
 
 
 def _growth(speed: float, _: float, since: float, until: float) -> float:
-    """Of a velocity error that accelerations do not bound."""
+    """Growth of a velocity error without bounded accelerations."""
     return speed**2 * (until**2 - since**2)
 
 
@@ -96,7 +96,7 @@ RULES = (
          (Patch(Scan, "from_frame", _without_tilts),)),
     Rule("spurious information", "all information of the normals counts",
          (Patch(PointToPlaneProblem, "without_spurious_information", _itself),)),
-    Rule("convergence", "registrations measure before they have converged",
+    Rule("convergence", "registrations count before they have converged",
          (Patch(hypothesis_evaluation, "_is_measurement", _has_inliers, True),)),
     Rule("levelness", "the floor under the robot may be uneven",
          (Patch(HypothesisEvaluation, "_levelled", _unlevelled),
@@ -117,17 +117,17 @@ RULES = (
          (Patch(FrameInput, "time_sigma", 0.0),)),
     Rule("several starts", "registrations start at the predicted pose alone",
          (Patch(start_poses, "MAX_STARTS_PER_SIDE", 0),)),
-    Rule("other motions", "the first motion is taken, whatever the scan says",
+    Rule("other motions", "the first motion is used even if the scan contradicts it",
          (Patch(hypothesis_evaluation, "_is_doubtful", lambda _: False, True),)),
     Rule("slipping wheels", "a robot is not expected to stand while its wheels turn",
          (Patch(MotionModel, "by_slipping_wheels", _as_reported),)),
     Rule("several hypotheses", "only the likeliest one is kept",
          (Patch(hypothesis, "MAX_HYPOTHESES", 1),)),
-    Rule("relocaliser", "a lost camera is not looked for",
+    Rule("relocaliser", "a lost camera is not relocalised",
          (Patch(tracker.Tracker, "_relocalised", _no_poses),)),
-    Rule("vague poses", "a camera is looked for elsewhere only if a frame contradicts its pose",
+    Rule("vague poses", "relocalisation starts only if a frame contradicts the pose",
          (Patch(tracker, "is_vague", lambda _: False, True),)),
-    Rule("overlap of lost cameras", "a scan of unknown space may find a lost camera",
+    Rule("overlap of lost cameras", "a scan of unexplored space may relocalise a lost camera",
          (Patch(ScanLikelihood, "recognises", property(lambda found: found.confirms), True),)),
     Rule("free space", "scan points in free space do not count",
          (Patch(KeyframeMap, "free_space_contains", _not_free, True),)),
@@ -137,11 +137,11 @@ RULES = (
          (Patch(scan_likelihood, "MAX_FLOOR_HEIGHT_M", 0.0),)),
     Rule("innovation", "the likelihood is that of the scan alone",
          (Patch(Registration, "squared_innovation", _zero, True),)),
-    Rule("Occam factor", "vague motions explain a frame as well as certain ones",
+    Rule("Occam factor", "uncertain motions explain a frame as well as certain ones",
          (Patch(Registration, "log_occam_factor", _zero, True),)),
-    Rule("errors of the map", "the smallest difference between places that look alike counts",
+    Rule("errors of the map", "the smallest difference between similar places counts",
          (Patch(hypothesis, "MAP_ERROR_SHARE", 0.0),)),
-    Rule("unknown space", "a place where less is mapped explains less",
+    Rule("unknown space", "scan points in unexplored space support no pose",
          (Patch(ScanLikelihood, "support_of_unknown", _zero, True),)),
     Rule("frame limit", "one frame may decide between hypotheses",
          (Patch(hypothesis, "MAX_FRAME_RATIO", HUGE),)),
@@ -150,4 +150,4 @@ RULES = (
     Rule("keyframe pairs", "keyframes are not registered to each other: no loops are closed",
          (Patch(KeyframeMap, "_register", _nothing),)),
 )  # fmt: skip
-"""Every part that decides whether a pose is right, or how uncertain it is."""
+"""The parts that determine whether a pose is correct, and its uncertainty."""

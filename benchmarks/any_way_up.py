@@ -1,11 +1,11 @@
-"""How well objects are named of which nobody knows which way is up.
+"""Classification of objects whose upward direction is unknown.
 
-    python -m benchmarks.any_way_up ModelNet10                 # chooses `CLOSE`; ten minutes
-    python -m benchmarks.any_way_up ModelNet10 --split test    # reports the chosen value
+    python -m benchmarks.any_way_up ModelNet10                 # selects `CLOSE`; ten minutes
+    python -m benchmarks.any_way_up ModelNet10 --split test    # evaluates the selected value
 
-The bound `CLOSE` of `circumspect.classification.upright` is chosen on objects that were held back
-from the training of `robot`, half of them shown upright and half turned. The test objects are for
-the report alone.
+The bound `CLOSE` of `circumspect.classification.upright` is selected on objects that were held back
+from the training of `robot`; half of the inputs are upright and half are turned. The test objects
+are used only for the report.
 """
 
 from __future__ import annotations
@@ -43,22 +43,22 @@ UPRIGHT, TURNED, FLOOR = "upright", "turned", "turned, with floor"
 BOUNDS = (0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0)
 SAME_UP = np.cos(np.deg2rad(10.0))
 FLOOR_REACH = 1.6
-"""The floor reaches so many times as far out as the object."""
+"""Radius of the floor, in multiples of the object's radius."""
 
 _CASES = (
     "Turned: by 90°, 180° or 270° about x or y, at random. With floor: the turned object on a disc "
-    f"of floor that reaches {FLOOR_REACH:g} times as far out, with as many points."
+    f"of floor with {FLOOR_REACH:g} times its radius and as many points."
 )
 
 
 @dataclass(frozen=True)
-class Shown:
-    """An object as it was shown, and what was found.
+class PoseTrial:
+    """The answers for an object in a case.
 
     Attributes:
-        case: How it lay.
-        label: Its class.
-        turn: From the standing object to the cloud.
+        case: Upright, turned, or turned with floor.
+        label: True class.
+        turn: Rotation from the standing object to the cloud.
         ways: The answers for all poses.
         floorless: See `without_floor`.
     """
@@ -69,8 +69,8 @@ class Shown:
     ways: Sequence[WayUp]
     floorless: WayUp | None
 
-    def judged(self, close: float) -> dict[str, bool]:
-        """What `--up auto` says with a bound, and whether it is correct."""
+    def outcome(self, close: float) -> dict[str, bool]:
+        """Outcome of `--up auto` with a bound."""
         prediction, pose = best_answer(self.ways, self.floorless, close)
         correct = prediction.label == self.label
         return {
@@ -92,26 +92,26 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", type=Path, help="ModelNet10")
     parser.add_argument("--split", choices=("validation", "test"), default="validation")
-    parser.add_argument("--every", type=int, default=1, help="use one object in so many")
+    parser.add_argument("--every", type=int, default=1, help="use every N-th object")
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
     made = provenance()
     found = open_evaluation_set(load_predictor(ROBOT), given.data, given.split)
     if found.seen:
         sys.exit(f"{ROBOT} was trained on some of these objects")
-    # Objects stand in the order of their classes, so that each class is thinned alike.
+    # Objects are sorted by class, so that each class is thinned equally.
     objects = found.objects.subset(np.arange(len(found.objects)) % given.every == 0)
-    shown = list(shown_all(Classifier.load(ROBOT, threads=1), objects))
+    trials = list(pose_trials(Classifier.load(ROBOT, threads=1), objects))
     count, thinned = len(objects), f" --every {given.every}" if given.every > 1 else ""
     about: dict[str, Any] = {"objects": count, "made": made}
     if given.split == "validation":
-        rows = measured(shown, BOUNDS)
+        rows = measured(trials, BOUNDS)
         write_page(
             "any_way_up_choice", "Any way up: the choice of the bound", COMMAND + thinned,
             choice_text(count, rows), {"rows": rows, "chosen": chosen(rows), **about}, given.out,
         )  # fmt: skip
         return 0
-    rows = measured(shown, (CLOSE,))
+    rows = measured(trials, (CLOSE,))
     write_page(
         "any_way_up", "Any way up", f"{COMMAND} --split test{thinned}", test_text(count, rows),
         {"rows": rows, **about}, given.out,
@@ -119,8 +119,8 @@ def main() -> int:
     return 0
 
 
-def shown_all(classifier: Classifier, objects: ObjectSet) -> Iterator[Shown]:
-    """Each object in each case, with a random turn of its own."""
+def pose_trials(classifier: Classifier, objects: ObjectSet) -> Iterator[PoseTrial]:
+    """Each object in each case, with a random rotation."""
     report = progress_report()
     for index, label in enumerate(objects.labels):
         rng = np.random.default_rng(index)
@@ -133,7 +133,7 @@ def shown_all(classifier: Classifier, objects: ObjectSet) -> Iterator[Shown]:
         ):
             lying = stood(standing, turned)
             ways, floorless = ways_up(classifier, lying), without_floor(classifier, lying)
-            yield Shown(case, objects.classes[label], turned, ways, floorless)
+            yield PoseTrial(case, objects.classes[label], turned, ways, floorless)
         if index % 25 == 0:
             report(index, len(objects), str(objects.names[index]))
 
@@ -155,30 +155,30 @@ def with_floor(cloud: PointCloud, rng: np.random.Generator) -> PointCloud:
     return PointCloud(np.concatenate([points, disc]))
 
 
-def measured(shown: Sequence[Shown], bounds: Sequence[float]) -> list[dict[str, Any]]:
-    """A row for each bound and case: the share of objects of which each judgement holds."""
+def measured(trials: Sequence[PoseTrial], bounds: Sequence[float]) -> list[dict[str, Any]]:
+    """One row for each bound and case, with the share of objects for each outcome."""
     rows = []
     for close in bounds:
-        for case in dict.fromkeys(one.case for one in shown):
-            judged = [one.judged(close) for one in shown if one.case == case]
-            shares = {name: float(np.mean([one[name] for one in judged])) for name in judged[0]}
+        for case in dict.fromkeys(one.case for one in trials):
+            outcomes = [one.outcome(close) for one in trials if one.case == case]
+            shares = {name: float(np.mean([one[name] for one in outcomes])) for name in outcomes[0]}
             rows.append({"close": close, "case": case, **shares})
     return rows
 
 
 def accuracy(rows: Sequence[Mapping[str, Any]], close: float) -> float:
-    """Share of correct labels where half of the files are upright and half are not."""
+    """Share of correct labels if half of the files are upright and half are turned."""
     by_case = {row["case"]: row["correct"] for row in rows if row["close"] == close}
     return (by_case[UPRIGHT] + by_case[TURNED]) / 2
 
 
 def chosen(rows: Sequence[Mapping[str, Any]]) -> float:
-    """The bound of most correct labels; of equals the larger, which leaves more confident."""
+    """The bound with most correct labels; of equal ones the largest (more confident answers)."""
     return max((accuracy(rows, close), close) for close in {row["close"] for row in rows})[1]
 
 
 def choice_text(count: int, rows: Sequence[Mapping[str, Any]]) -> str:
-    """The page of the choice."""
+    """The page of the selection."""
     lines = []
     for close in dict.fromkeys(row["close"] for row in rows):
         upright, turned, floor = (row for row in rows if row["close"] == close)
@@ -200,8 +200,8 @@ def choice_text(count: int, rows: Sequence[Mapping[str, Any]]) -> str:
     ]  # fmt: skip
     return (
         f"{count} objects of ModelNet10's training split that were held back from the training of "
-        f"`{ROBOT}`, named with `--up auto`, without a unit. {_CASES} Confident: of the upright "
-        "and the turned ones. The bound is that of the largest mean: "
+        f"`{ROBOT}`, classified with `--up auto`, without a unit. {_CASES} Confident: share of the "
+        "upright and the turned objects. The bound with the largest mean is selected: "
         f"**{chosen(rows):g}**. One object is {1 / count:.1%} of a column.\n\n" + table(head, lines)
     )
 
@@ -222,10 +222,10 @@ def test_text(count: int, rows: Sequence[Mapping[str, Any]]) -> str:
         "confident", "correct of these",
     ]  # fmt: skip
     return (
-        f"{count} test objects of ModelNet10, named by `{ROBOT}` with `--up auto`, without a unit; "
-        f"the bound is {CLOSE:g}, [chosen](any_way_up_choice.md) on held-back training objects. "
+        f"{count} test objects of ModelNet10, classified by `{ROBOT}` with `--up auto`, without a "
+        f"unit. The bound {CLOSE:g} was [selected](any_way_up_choice.md) on held-back objects. "
         f"{_CASES} Stands upright: the chosen pose is within 10° of the true one. An object that "
-        "seems to hold a floor is not in distribution unless the file's pose has a confident "
+        "seems to contain a floor is not in distribution unless the file's pose has a confident "
         "answer; `--cut-floor` removes the floor.\n\n" + table(head, lines)
     )
 

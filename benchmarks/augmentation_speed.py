@@ -1,9 +1,9 @@
-"""Time of a training sample: changed complete clouds beside simulated scans.
+"""Time of a training sample: augmented complete clouds and simulated scans.
 
     python -m benchmarks.augmentation_speed    # two minutes
 
-Both are made once and kept; an epoch reads them. Objects are procedural furniture, so that no data
-are needed.
+Both are created once and cached; an epoch reads the cache. The objects are procedural furniture, so
+no data set is needed.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from circumspect.training.training_data import TrainingData, object_data
 EACH, REPLICAS, BATCH = 12, 4, 32
 CLOUDS, SCANS = "complete clouds", "simulated scans"
 NOTES = f"""\
-made: one sample, all cores, mean of {REPLICAS} variants of {{count}} objects
-read: a batch of {BATCH} from what is kept, as an epoch does, per sample
+made: time of one sample, all cores, mean of {REPLICAS} variants of {{count}} objects
+read: time per sample of a batch of {BATCH} from the cache, as in an epoch
 """
 
 
@@ -43,7 +43,7 @@ def rows() -> list[Row]:
     settings = TrainingSettings(replicas=REPLICAS, catalogue=0.0, validation=False)
 
     def nothing(done: int, count: int) -> None:
-        """No progress is shown."""
+        """Show no progress."""
 
     cpu, input_spec = torch.device("cpu"), spec.input_spec
     assert isinstance(input_spec, GridSpec)

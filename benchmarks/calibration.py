@@ -1,11 +1,10 @@
 """Consistency of registrations and factors with their errors: `python -m benchmarks.calibration`.
 
-Scan, motion and keyframes are weighted by their information. It is compared with the truth over
-scans of furniture, one for each category, of variants and starts that no other table uses.
-`docs/derivations.md` says what the constants mean.
+Information matrices weight scans, motions and keyframes. They are compared with the true errors in
+scans of furniture, one for each category, with variants and starts that no other table uses.
+`docs/derivations.md` explains the constants.
 
-Every scan is one JSON line in `benchmarks/results/calibration.jsonl`; what is there is not done
-again.
+Each scan is one JSON line in `benchmarks/results/calibration.jsonl` and is not repeated.
 """
 
 from __future__ import annotations
@@ -21,10 +20,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.asked import of_jobs
 from benchmarks.calibration_job import PRIOR_SIGMAS, CalibrationJob, run_job
 from benchmarks.report import RESULTS, progress_report, write_page
 from benchmarks.scan_job import ScanJob
+from benchmarks.selection import records_of_jobs
 from circumspect.evaluation.markdown import table
 from circumspect.furniture import CATEGORIES
 from circumspect.gathering.job_pool import LocalPool, records, run_all
@@ -32,31 +31,32 @@ from circumspect.registration.scan import WHITE_CORRELATION
 
 COMMAND = "python -m benchmarks.calibration"
 FIRST_VARIANT = 300_000
-"""Of the furniture: variants that nothing else uses."""
+"""First variant of the furniture; no other benchmark uses these variants."""
 SIGMAS_MM = (0.0, 0.5, 1.0, 2.0, 4.0, 1e3)
-"""Between these standard deviations errors are counted together."""
+"""Bin edges of the predicted standard deviation [mm]."""
 ANGLES_DEG = (0.0, 15.0, 30.0, 60.0, 180.0)
-SELDOM = 16.81
-"""χ² of six degrees of freedom is beyond this once in a hundred times."""
-MIDDLE = 5.35
-"""Its median."""
-NORMAL = 1.4826
-"""So many times the median of what is normal is its standard deviation."""
+"""Bin edges of the angle between two views [degrees]."""
+CHI2_99 = 16.81
+"""99th percentile of χ² with six degrees of freedom."""
+CHI2_MEDIAN = 5.35
+"""Median of χ² with six degrees of freedom."""
+MEDIAN_TO_SIGMA = 1.4826
+"""Standard deviation of a normal distribution, in medians of the absolute error."""
 
 
 def main() -> int:
-    """Scan what is not done yet, and write `calibration.md`."""
+    """Run missing scans and write `calibration.md`."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=RESULTS)
-    parser.add_argument("--tables", action="store_true", help="scan nothing")
+    parser.add_argument("--tables", action="store_true", help="only write the tables")
     given = parser.parse_args()
     path: Path = given.out / "calibration.jsonl"
     if not given.tables:
         run_all(jobs(), run_job, path, LocalPool(given.workers), progress_report())
-    found = of_jobs(records(path), jobs())
+    found = records_of_jobs(records(path), jobs())
     parts = {"fits": of_fits(found)}
-    # Older records hold other measures of keyframes.
+    # Older records contain other figures of keyframes.
     if with_factors := [record for record in found if "tracking" in record]:
         parts |= {"tracking": of_tracking(with_factors), "pairs": of_pairs(with_factors)}
     text = "\n\n".join(part for part, _ in parts.values())
@@ -67,7 +67,7 @@ def main() -> int:
 
 
 def jobs() -> list[CalibrationJob]:
-    """One scan of each category, from a start of its own."""
+    """One scan of each category, each from its own start."""
     rng = np.random.default_rng(FIRST_VARIANT)
     return [
         CalibrationJob(
@@ -89,13 +89,13 @@ def jobs() -> list[CalibrationJob]:
 
 
 class Squares(NamedTuple):
-    """Normalised errors squared, eᵀΩe.
+    """Statistics of normalised squared errors eᵀΩe.
 
     Attributes:
         number: Number of errors.
-        mean: 6 if Ω is consistent with the errors.
-        median: `MIDDLE` if so.
-        beyond: Share beyond `SELDOM`, one hundredth if so.
+        mean: Mean; 6 if Ω is consistent with the errors.
+        median: Median; `CHI2_MEDIAN` if consistent.
+        beyond: Share beyond `CHI2_99`; 1 % if consistent.
     """
 
     number: int
@@ -105,30 +105,30 @@ class Squares(NamedTuple):
 
     @classmethod
     def of(cls, squared: NDArray[np.float64]) -> Squares:
-        """Counted; there is at least one."""
+        """The statistics of at least one value."""
         return cls(
             len(squared),
             float(squared.mean()),
             float(np.median(squared)),
-            float((squared > SELDOM).mean()),
+            float((squared > CHI2_99).mean()),
         )
 
     @property
     def cells(self) -> list[str]:
-        """Of a table."""
+        """Cells of a table row."""
         return [str(self.number), f"{self.mean:.1f}", f"{self.median:.1f}", f"{self.beyond:.1%}"]
 
 
-SQUARES = ["count", "mean", "median", f"beyond {SELDOM:.1f}"]
+SQUARES = ["count", "mean", "median", f"beyond {CHI2_99:.1f}"]
 
 
 def of_fits(found: Sequence[dict[str, Any]]) -> tuple[str, Any]:
-    """How consistent `Registration.information` is, and the `WHITE_CORRELATION` that would be."""
+    """Consistency of `Registration.information`, and the consistent `WHITE_CORRELATION`."""
     fits = {record["object"].rsplit("-", 1)[0]: np.array(record["fits"]) for record in found}
     rows, figures, used = [], {}, WHITE_CORRELATION
     for name, values in {**fits, "all": np.concatenate(list(fits.values()))}.items():
-        squares, held = Squares.of(values[:, 0]), Squares.of(values[:, 1])
-        off = {"mean": held.mean / 6, "median": held.median / MIDDLE}
+        squares, scan_only = Squares.of(values[:, 0]), Squares.of(values[:, 1])
+        off = {"mean": scan_only.mean / 6, "median": scan_only.median / CHI2_MEDIAN}
         by = {rule: used * times for rule, times in off.items()}
         figures[name] = {**squares._asdict(), "correlation_by": by}
         best = [f"{value:.1f}" for value in by.values()]
@@ -136,18 +136,19 @@ def of_fits(found: Sequence[dict[str, Any]]) -> tuple[str, Any]:
     turn, shift = 1e3 * PRIOR_SIGMAS[0], 1e3 * PRIOR_SIGMAS[3]
     text = (
         "## A frame fitted to the map\n\n"
-        "Every eighth frame makes the map, at its true pose; those between are fitted to it from "
-        f"poses that are {turn:.0f} mrad and {shift:.0f} mm off about each axis. eᵀ(H + Λ)e of the "
-        f"error e has the mean 6 and the median {MIDDLE} if the information is consistent, more if "
-        f"it is too large. The last columns are the `WHITE_CORRELATION`, {used:g} in the code, "
-        f"that would make the mean of eᵀHe 6, and its median {MIDDLE}.\n\n"
+        "The map contains every eighth frame at its true pose. The frames between are registered "
+        f"to it; the errors of their priors have a standard deviation of {turn:.0f} mrad and "
+        f"{shift:.0f} mm for each axis. eᵀ(H + Λ)e of the error e has the mean 6 and the median "
+        f"{CHI2_MEDIAN} if the information is consistent, and more if it is too large. The last "
+        f"columns are the `WHITE_CORRELATION` ({used:g} in the code) that would give eᵀHe the mean "
+        f"6 or the median {CHI2_MEDIAN}.\n\n"
         + table(["", *SQUARES, "by the mean", "by the median"], rows)
     )
     return text, figures
 
 
 def of_tracking(found: Sequence[dict[str, Any]]) -> tuple[str, Any]:
-    """How consistent the factors from tracking are with their errors."""
+    """Consistency of the factors from tracking."""
     errors, omega = tracked(found)
     expected, off = along_the_axes(errors, omega)
     rows = []
@@ -155,9 +156,11 @@ def of_tracking(found: Sequence[dict[str, Any]]) -> tuple[str, Any]:
         there = (expected >= low) & (expected < high)
         if there.any():
             sigmas = [float(np.sqrt(np.mean(v[there] ** 2))) for v in (expected, off)]
-            rows.append([low, high, there.sum(), *sigmas, NORMAL * np.median(np.abs(off[there]))])
+            rows.append(
+                [low, high, there.sum(), *sigmas, MEDIAN_TO_SIGMA * np.median(np.abs(off[there]))]
+            )
     squares = Squares.of(by_information(errors, omega))
-    head = ["by Ω [mm]", "axes", "by Ω, RMS", "error, RMS", f"{NORMAL} median \\|error\\|"]
+    head = ["by Ω [mm]", "axes", "by Ω, RMS", "error, RMS", f"{MEDIAN_TO_SIGMA} median \\|error\\|"]
     cells = [
         [f"{low:g} to {high:g}" if high < SIGMAS_MM[-1] else f"{low:g} on", str(number),
          *(f"{value:.2f}" for value in values)]
@@ -167,8 +170,8 @@ def of_tracking(found: Sequence[dict[str, Any]]) -> tuple[str, Any]:
         "## From one keyframe to the next\n\n"
         "Factors of tracking between a keyframe and its reference keyframe, with information Ω. "
         "The standard deviations of the position are those along its three principal axes [mm]. "
-        "The last column is what the root mean square would be if the errors were normal with "
-        "their median.\n\n"
+        "The last column is the root mean square of normal errors with the same median of the "
+        "absolute error.\n\n"
         + table(head, cells)
         + "\n\neᵀΩe of the errors e of rotation and position:\n\n"
         + table(SQUARES, [squares.cells])
@@ -181,7 +184,7 @@ def of_tracking(found: Sequence[dict[str, Any]]) -> tuple[str, Any]:
 
 
 def of_pairs(found: Sequence[dict[str, Any]]) -> tuple[str, Any]:
-    """How consistent registered pairs of keyframes are, by the angle between their views."""
+    """Consistency of registered pairs of keyframes, by the angle between their views."""
     pairs = np.concatenate([np.array(record["pairs"]).reshape(-1, 2) for record in found])
     angles = np.degrees(pairs[:, 0])
     kinds = {

@@ -23,9 +23,9 @@ from circumspect.sensing import RgbdFrame
 from circumspect.tracking import Tracker, TrackingSettings
 
 EVERY = 8
-"""Each such frame makes the map at its true pose; those between are fitted to it."""
+"""The map contains every N-th frame at its true pose; the others are registered to it."""
 PRIOR_SIGMAS = np.full(6, 0.01)
-"""From so far off [rad, m] they are fitted."""
+"""Standard deviations of the priors' errors [rad, m]."""
 DIGITS = 6
 
 
@@ -34,23 +34,23 @@ class CalibrationJob:
     """A scan whose registrations and factors are compared with the truth.
 
     Attributes:
-        scan: How it is driven.
+        scan: The scan.
     """
 
     scan: ScanJob
 
     @property
     def key(self) -> str:
-        """Identifies it among all others."""
+        """Unique name."""
         return self.scan.key
 
 
 class Measured(NamedTuple):
-    """A measured pose beside the truth.
+    """A measured pose compared with the truth.
 
     Attributes:
         error: (6,) change [rad, m] from the true pose to the measured one.
-        information: (6, 6) of the measurement.
+        information: (6, 6) information of the measurement.
     """
 
     error: NDArray[np.float64]
@@ -68,40 +68,45 @@ class Measured(NamedTuple):
 
 
 def run_job(job: CalibrationJob) -> dict[str, Any]:
-    """Scan, and compare; JSON types.
+    """Run a scan and compare its measurements with the truth.
 
     Returns:
-        For each registration to a map of true poses `fits`, eᵀΩe and eᵀHe; for each factor from
-        tracking `tracking`, see `Measured.row`; for each pair of registered keyframes `pairs`, the
-        angle between the views [rad] and eᵀΩe.
+        JSON types. "fits": eᵀΩe and eᵀHe of each registration to a map of true poses. "tracking":
+        `Measured.row` of each factor from tracking. "pairs": angle between the views [rad] and
+        eᵀΩe of each registered pair of keyframes.
     """
     parts = prepared(job.scan)
     tracker = parts.pipeline.tracker.estimator
     assert isinstance(tracker, Tracker)
-    seen, log = KeptScans(parts.ground_truth, tracker.settings), KeyframeLog(parts.pipeline.tracker)
-    parts.driven_by(seen).scan.run((log,))
+    robot, log = (
+        ScanRecorder(parts.ground_truth, tracker.settings),
+        KeyframeLog(parts.pipeline.tracker),
+    )
+    parts.driven_by(robot).scan.run((log,))
     truth = partial(true_pose, parts.ground_truth.trajectory)
     return {
         "key": job.key,
         "object": job.scan.object,
-        "fits": [short([fit.squared, held]) for fit, held in seen.fits(truth, job.scan.seed)],
+        "fits": [
+            short([fit.squared, by_scan]) for fit, by_scan in robot.fits(truth, job.scan.seed)
+        ],
         "tracking": [measured.row for measured in log.tracking(truth)],
         "pairs": [short([angle, measured.squared]) for angle, measured in log.pairs(truth)],
     }
 
 
 def short(values: Sequence[float]) -> list[float]:
-    """As many digits as mean something."""
+    """Values rounded to `DIGITS` significant digits."""
     return [float(f"{value:.{DIGITS}g}") for value in values]
 
 
 def true_pose(truth: Trajectory, stamp: float) -> RigidTransform:
-    """`T_map_camera` as it was."""
+    """The true `T_map_camera` nearest in time."""
     return truth.T_map_camera[int(np.argmin(np.abs(truth.stamps - stamp)))]
 
 
-class KeptScans(WrappedRobot):
-    """A robot whose frames are kept, thinned, to be fitted to a map of true poses."""
+class ScanRecorder(WrappedRobot):
+    """A robot wrapper that keeps the downsampled scan of each frame."""
 
     def __init__(self, robot: MobileRobot, settings: TrackingSettings) -> None:
         super().__init__(robot)
@@ -119,7 +124,7 @@ class KeptScans(WrappedRobot):
 
         Args:
             truth: The true pose at a stamp.
-            seed: Of the priors' noise.
+            seed: Seed of the priors' noise.
         """
         rng, settings = np.random.default_rng(seed), self._settings
         surfaces = [
@@ -138,7 +143,7 @@ class KeptScans(WrappedRobot):
 
 
 class KeyframeLog:
-    """Times of the keyframes; a `PipelineObserver`."""
+    """Records the times of the keyframes; a `PipelineObserver`."""
 
     def __init__(self, tracker: BackgroundTracker) -> None:
         self._tracker = tracker
@@ -146,18 +151,18 @@ class KeyframeLog:
 
     @property
     def _keyframes(self) -> KeyframeMap:
-        """Those so far, once the background work is done."""
+        """The keyframes so far; waits for the background worker."""
         tracker = self._tracker.estimator
         assert isinstance(tracker, Tracker)
         return tracker.keyframes
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Keep the time of the keyframe that the frame became, if it did."""
+        """Record the time of the frame if it became a keyframe."""
         if len(self._keyframes) > len(self._stamps):
             self._stamps.append(step.stamp)
 
     def on_end(self, result: RecognitionResult) -> None:
-        """Nothing more to keep."""
+        """Do nothing."""
 
     def tracking(self, truth: Callable[[float], RigidTransform]) -> Iterator[Measured]:
         """Factors between keyframes and their reference keyframes."""
@@ -173,7 +178,7 @@ class KeyframeLog:
                 yield angle, self._measured(factor, truth)
 
     def _factors(self) -> tuple[BetweenFactor, ...]:
-        # Numbers are those of the stamps as long as no keyframe was culled.
+        # Keyframes and stamps have the same numbers while no keyframe is culled.
         assert len(self._keyframes) == len(self._stamps) < KeyframeSettings().max_keyframes
         return self._keyframes.factors
 

@@ -1,7 +1,7 @@
-"""The figures of a shipped classifier, from the committed results, for the card beside its weights.
+"""Figures for the model card of a shipped classifier, from the committed results.
 
 python -m benchmarks.card_figures modelnet10            # writes weights/modelnet10.card.json
-python -m benchmarks.card_figures modelnet10 --check    # says whether it is up to date
+python -m benchmarks.card_figures modelnet10 --check    # fails if it is not up to date
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from circumspect.classification.shipped import MODELNET10, ROBOT, shipped_path
 
 EVALUATION = "circumspect evaluate --data ModelNet10 --split test --yaw-count 64"
 THINNED = (128, 256, 1024)
-"""Points of the clouds whose figures are shown."""
+"""Numbers of points of the thinned clouds in the card."""
 
 
 def modelnet10_card() -> ModelCard:
@@ -66,7 +66,7 @@ def _evaluated() -> tuple[CardFigure, ...]:
 
 
 def _real_objects() -> tuple[CardFigure, ...]:
-    """On labelled real objects, of development sets that are not part of the repository."""
+    """Figures on labelled real objects of development sets outside the repository."""
     source, found = _result("real_objects/metrics.json")
     command, known = found["command"], found["objects"]["known_classes"]
     names = {"objects": "SUN3D, single Xtion views", "sunrgbd": "SUN RGB-D, single views"}
@@ -101,7 +101,7 @@ def _real_objects() -> tuple[CardFigure, ...]:
 
 
 def _left_out_rooms(sha256: str) -> tuple[CardFigure, ...]:
-    """What confidence is worth in rooms that it was not fitted to, where that was measured."""
+    """Confidence in rooms left out of the calibration; empty if not measured for this file."""
     source, found = _result("left_out_rooms.json")
     if found["sha256"] != sha256:
         return ()
@@ -120,7 +120,7 @@ def _left_out_rooms(sha256: str) -> tuple[CardFigure, ...]:
 
 
 def _turned(sha256: str) -> tuple[CardFigure, ...]:
-    """On complete objects, where that was measured of the same file."""
+    """Accuracy on complete objects; empty if not measured for this file."""
     if not (RESULTS / "robot_modelnet10_test/metrics.json").is_file():
         return ()
     source, found = _result("robot_modelnet10_test/metrics.json")
@@ -186,14 +186,14 @@ def _mean(values: list[float]) -> float:
 
 
 def _result(name: str) -> tuple[str, dict[str, Any]]:
-    """A result's place in the repository, and what it holds."""
+    """Path of a result in the repository, and its content."""
     file = RESULTS / name
     place = file.relative_to(RESULTS.parents[1]).as_posix()
     return place, json.loads(file.read_text(encoding="utf-8"))
 
 
 def is_current(name: str, beside: Path) -> bool:
-    """Whether a card says what the results say."""
+    """Whether a card equals the committed results."""
     return beside.is_file() and ModelCard.load(beside) == CARDS[name]()
 
 

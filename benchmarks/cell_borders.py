@@ -1,8 +1,8 @@
-"""How answers depend on where an object's cells begin: `python -m benchmarks.cell_borders`.
+"""Effect of the position of cell borders on answers: `python -m benchmarks.cell_borders`.
 
-Procedural furniture, each piece several times: turned anyhow, its size and place wrong by
-fractions of a cell, as a scan estimates them. Grids that are dithered are compared with grids that
-are only turned, by `modelnet10`.
+`modelnet10` classifies each piece of procedural furniture several times, at random yaws. Size and
+position have errors of fractions of a cell, as in a scan. Dithered grids are compared with grids
+that are only rotated.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from circumspect.grid import CylindricalGrid, Grid, hits_batch
 
 COMMAND = "python -m benchmarks.cell_borders"
 EACH = 10
-"""Pieces of a category, of variants that nothing was trained on; by them it was chosen how the
-classifier `modelnet10` is asked."""
+"""Pieces of each category, of variants outside all training sets. The grids of `modelnet10` were
+selected on them."""
 FIRST_VARIANT = 70_000
 TIMES = 12
-"""How often each is shown."""
+"""Number of inputs of each piece."""
 POINTS = 20_000
-WRONG = 0.15
-"""Standard deviation of the size and of the centre's coordinates [widths of a ring, of which a
-layer's height is two]: somewhat more than scans of one piece from several starts differ by."""
+ERROR_SIGMA = 0.15
+"""Standard deviation of the size and of the centre's coordinates [widths of a ring; a layer is two
+widths high]. Scans of one piece from several starts differ by slightly less."""
 SCHEMES = ((1, False), (4, False), (4, True), (8, False), (8, True), (16, True))
 
 
@@ -48,8 +48,8 @@ def main() -> int:
     for index, (views, dithered) in enumerate(SCHEMES):
         input_spec = classifier.input_spec.with_views(views, dithered)
         scores = [
-            np.stack([classifier.scores(shown) for shown in _shown_often(input_spec, wrong)])
-            for wrong in (0.0, WRONG)
+            np.stack([classifier.scores(inputs) for inputs in _inputs_of_pieces(input_spec, sigma)])
+            for sigma in (0.0, ERROR_SIGMA)
         ]
         rows.append(measured(views, dithered, *scores))
         report(index, len(SCHEMES), f"{views} grids{', dithered' if dithered else ''}")
@@ -60,22 +60,22 @@ def main() -> int:
 
 
 def measured(
-    views: int, dithered: bool, turned: NDArray[np.float64], wrong: NDArray[np.float64]
+    views: int, dithered: bool, turned: NDArray[np.float64], perturbed: NDArray[np.float64]
 ) -> dict[str, float | bool]:
     """A row of the table.
 
     Args:
-        views: Grids an object.
+        views: Number of grids of an object.
         dithered: See `GridSpec`.
-        turned: (objects, times, classes) scores of pieces that were only turned.
-        wrong: Of those whose size and place were wrong as well.
+        turned: (objects, times, classes) scores of pieces that were only rotated.
+        perturbed: Scores of pieces with errors of size and position as well.
     """
-    labels = wrong.argmax(axis=2)
+    labels = perturbed.argmax(axis=2)
     return {
         "views": views,
         "dithered": dithered,
         "turned_spread": float(turned.std(axis=1, ddof=1).mean()),
-        "spread": float(wrong.std(axis=1, ddof=1).mean()),
+        "spread": float(perturbed.std(axis=1, ddof=1).mean()),
         "other_label": float((labels != labels[:, :1]).any(axis=1).mean()),
     }
 
@@ -90,10 +90,10 @@ def page_text(rows: list[dict[str, float | bool]]) -> str:
         for row in rows
     ]  # fmt: skip
     return (
-        f"{EACH * len(CATEGORIES)} pieces of procedural furniture, each shown {TIMES} times turned "
-        f"anyhow, and as often with size and place off by {WRONG:g} of a ring's width (standard "
-        "deviation) as well, as estimated by a scan. Spread: standard deviation of a class's score "
-        "over the times, mean over classes and pieces.\n\n"
+        f"{EACH * len(CATEGORIES)} pieces of procedural furniture, each classified {TIMES} times "
+        f"at random yaws, and {TIMES} times with errors of size and position as well. Their "
+        f"standard deviation is {ERROR_SIGMA:g} of a ring's width, as estimated by a scan. Spread: "
+        "standard deviation of a class's score over the inputs, mean over classes and pieces.\n\n"
         + table(
             [
                 "grids",
@@ -107,8 +107,8 @@ def page_text(rows: list[dict[str, float | bool]]) -> str:
     )
 
 
-def _shown_often(input_spec: GridSpec, wrong: float) -> Iterator[NDArray[np.uint8]]:
-    """(times, views, *input_shape) of each piece."""
+def _inputs_of_pieces(input_spec: GridSpec, sigma: float) -> Iterator[NDArray[np.uint8]]:
+    """(times, views, *input_shape) inputs of each piece."""
     for index, category in enumerate(CATEGORIES):
         for number in range(EACH):
             cloud = make_furniture(category, FIRST_VARIANT + number).sampled(POINTS, 0)
@@ -117,18 +117,18 @@ def _shown_often(input_spec: GridSpec, wrong: float) -> Iterator[NDArray[np.uint
             views = [
                 view
                 for _ in range(TIMES)
-                for view in input_spec.all_bounds(_misplaced(input_spec.bounds(cloud), wrong, rng))
+                for view in input_spec.all_bounds(_perturbed(input_spec.bounds(cloud), sigma, rng))
             ]
             grids = hits_batch(views, [cloud] * len(views))
             yield grids.reshape(TIMES, input_spec.azimuth_views, *input_spec.input_shape)
 
 
-def _misplaced(bounds: Grid, wrong: float, rng: np.random.Generator) -> CylindricalGrid:
-    """Bounds turned anyhow, wrong by so many widths of a ring."""
+def _perturbed(bounds: Grid, sigma: float, rng: np.random.Generator) -> CylindricalGrid:
+    """Bounds at a random yaw with random errors; `sigma` in widths of a ring."""
     assert isinstance(bounds, CylindricalGrid)
     cell = bounds.radius / bounds.shape[0]
-    radius = bounds.radius + rng.normal(0.0, wrong) * cell
-    centre = np.asarray(bounds.centre_xyz) + rng.normal(0.0, wrong, 3) * cell
+    radius = bounds.radius + rng.normal(0.0, sigma) * cell
+    centre = np.asarray(bounds.centre_xyz) + rng.normal(0.0, sigma, 3) * cell
     turned = bounds.rotated(float(rng.uniform(0, bounds.shape[1])))
     return replace(turned, radius=radius, half_height=radius, centre_xyz=tuple(centre))
 

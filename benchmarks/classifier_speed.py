@@ -1,4 +1,4 @@
-"""Time from a cloud to a name, beside the paper's network, and of the command's start."""
+"""Time of the shipped classifiers, of the paper's network, and of whole commands."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def rows() -> list[Row]:
 
 
 def _table_1() -> Row:
-    """The paper's network; its time does not depend on its weights, so they are random."""
+    """The paper's network with random weights; its time does not depend on them."""
     classes, input_spec = Classifier.load(MODELNET10).classes, NETS["moon2018"].input_spec
     weights = build_net("moon2018", len(classes), input_spec).state_dict()
     with tempfile.TemporaryDirectory() as folder:
@@ -78,10 +78,10 @@ def main() -> None:
     ours, table_1 = (
         next(row for row in found if word in row.name) for word in (MODELNET10, "Table 1")
     )
-    median, least = table_1.median / ours.median, table_1.minimum / ours.minimum
+    median, fastest = table_1.median / ours.median, table_1.minimum / ours.minimum
     note = (
         f"{MODELNET10}, in eight bits and with all its views, is {median:.1f} times as fast as the "
-        f"paper's in floating point ({least:.1f} by the least times)."
+        f"paper's network in floating point ({fastest:.1f} times by the minima)."
     )
     write_report("classifier_speed", "python -m benchmarks.classifier_speed", found, note)
 

@@ -71,9 +71,9 @@ def lines_of_code(text: str) -> int:
 def main() -> int:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("packages", nargs="+", help="such as tracking")
-    parser.add_argument("--root", type=Path, default=ROOT, help="of the checkout")
-    parser.add_argument("--names", action="store_true", help="name the numbers")
+    parser.add_argument("packages", nargs="+", help="names of packages, such as tracking")
+    parser.add_argument("--root", type=Path, default=ROOT, help="root of the checkout")
+    parser.add_argument("--names", action="store_true", help="list the named numbers")
     given = parser.parse_args()
     print(f"{'package':<16}{'files':>6}{'numbers':>9}{'lines':>7}")
     for package in given.packages:

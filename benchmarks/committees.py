@@ -1,10 +1,10 @@
-"""Whether networks with unlike inputs know more together than the best of them alone.
+"""Ensembles of networks with different inputs, compared with the best network alone.
 
     python -m benchmarks.committees ModelNet10 runs/planes runs/rivals/mvcnn/training …
 
-Each run names the objects that were held back from its training, at yaws that meet fractions of an
-azimuth cell; a committee's answer is the mean of its members' probabilities. The test split is left
-alone: this is for choosing.
+Each run classifies the objects that were held back from its training, at yaws that are not whole
+azimuth cells. A committee averages the probabilities of its members. The test split is not used,
+because the result is for model selection.
 """
 
 from __future__ import annotations
@@ -36,7 +36,9 @@ def main() -> int:
     """Measure and write `committees.md`."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", type=Path, help="ModelNet10")
-    parser.add_argument("runs", type=Path, nargs="+", help="folders of trainings, the best first")
+    parser.add_argument(
+        "runs", type=Path, nargs="+", help="folders of training runs, the best first"
+    )
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
     held_back, answers, epochs, report = None, {}, {}, progress_report()
@@ -44,9 +46,9 @@ def main() -> int:
         report(done, len(given.runs), str(run))
         settings, found, objects = answered(run, given.data)
         if held_back is not None and objects.names.tolist() != held_back.names.tolist():
-            sys.exit(f"{run}: other objects were held back from it than from {given.runs[0]}")
+            sys.exit(f"{run}: its held-back objects differ from those of {given.runs[0]}")
         if settings["net"] in answers:
-            sys.exit(f"{run}: there is a run of {settings['net']} already; give one of each")
+            sys.exit(f"{run}: is a second run of {settings['net']}; give one run of each network")
         held_back = objects
         answers[settings["net"]], epochs[settings["net"]] = found, settings["epochs"]
     assert held_back is not None
@@ -55,8 +57,8 @@ def main() -> int:
         for names in committees(list(answers))
     ]
     text = (
-        f"{len(held_back)} held-back training objects, whole families of likes; {YAWS} yaws.\n\n"
-        + table(HEAD, [cells(row, epochs) for row in rows])
+        f"{len(held_back)} held-back training objects, whole groups of near duplicates; "
+        f"{YAWS} yaws.\n\n" + table(HEAD, [cells(row, epochs) for row in rows])
     )
     write_page(
         "committees", "Networks with unlike inputs, alone and together", COMMAND, text,
@@ -76,21 +78,21 @@ def answered(run: Path, data: Path) -> tuple[dict[str, Any], NDArray[np.float64]
 
 
 def committees(names: Sequence[str]) -> Iterator[tuple[str, ...]]:
-    """Each alone, the first with every choice of others."""
+    """Each network alone, then the first with every combination of the others."""
     yield from ((name,) for name in names)
     for others in range(1, len(names)):
         yield from ((names[0], *chosen) for chosen in combinations(names[1:], others))
 
 
 def figures(members: Sequence[NDArray[np.float64]], objects: ObjectSet) -> dict[str, float]:
-    """Of a committee, over all yaws."""
+    """Figures of a committee over all yaws."""
     answers = np.mean(members, axis=0).argmax(axis=2)
-    right = answers == objects.labels
-    accuracy = right.mean(axis=1)
+    correct = answers == objects.labels
+    accuracy = correct.mean(axis=1)
     return {
-        # The share of the yaws at which an object is named rightly stands for it.
+        # An object counts by the share of the yaws at which it is classified correctly.
         "mean_class_accuracy": mean_class_accuracy(
-            right.mean(axis=0), objects.labels, len(objects.classes)
+            correct.mean(axis=0), objects.labels, len(objects.classes)
         ),
         "accuracy": float(accuracy.mean()),
         "worst": float(accuracy.min()),
@@ -99,7 +101,7 @@ def figures(members: Sequence[NDArray[np.float64]], objects: ObjectSet) -> dict[
 
 
 def cells(row: dict[str, Any], epochs: dict[str, int]) -> list[str]:
-    """Of the table."""
+    """Cells of a table row."""
     lengths = ", ".join(str(epochs[name]) for name in row["members"])
     shares = [row[key] for key in ("mean_class_accuracy", "accuracy", "worst")]
     words = [f"{share:.3f}" for share in shares]

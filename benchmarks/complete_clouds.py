@@ -1,4 +1,4 @@
-"""What the classifier of scans answers to the complete clouds of their objects."""
+"""Answers of the scans' classifier to the complete clouds of the scanned objects."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from circumspect.geometry import PointCloud
 
 
 def classifier_of(found: Sequence[dict[str, Any]]) -> str:
-    """The classifier that answered the scans; records before there were two do not name it."""
+    """The classifier of the scans; older records do not name it."""
     names = {record.get("model", MODELNET10) for record in found}
     if len(names) > 1:
         raise ValueError(f"scans of several classifiers in one table: {', '.join(sorted(names))}")
@@ -21,7 +21,7 @@ def classifier_of(found: Sequence[dict[str, Any]]) -> str:
 
 
 def complete_answers(found: Sequence[dict[str, Any]], data: Path) -> dict[str, str]:
-    """Object to label, by the points that the scanned surface was made of.
+    """Label of each object, from the points that its scanned surface was built from.
 
     Args:
         found: Records of scans of objects from point packs.

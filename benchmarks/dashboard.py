@@ -1,11 +1,10 @@
-"""How often the dashboard shows a large object, and what it costs the run that it watches.
+"""Update rate of the dashboard for a large object.
 
     python -m benchmarks.dashboard
 
-An object of 200,000 points grows a little at every update: positions, colours, grid, camera,
-paths and panel are made, sent, and received by a browser's stand-in on the same machine, which
-reads everything but draws nothing. With --browser Chromium reads and draws it instead, in
-software where the machine has no graphics processor.
+An object of 200,000 points changes at every update. Positions, colours, grid, camera, paths and
+panel are created and sent. A client on the same machine receives everything and draws nothing. With
+--browser, the client is Chromium, which draws in software if the machine has no graphics processor.
 """
 
 from __future__ import annotations
@@ -28,18 +27,18 @@ from benchmarks.report import Row, write_report
 from circumspect.classification import Classifier
 from circumspect.geometry import PinholeCamera, PointCloud
 from circumspect.viewer.dashboard import Dashboard
-from circumspect.viewer.shown import Shown, ShownImages, ShownObject
+from circumspect.viewer.dashboard_state import DashboardState, FrameImages, ObjectSnapshot
 
 POINTS, UPDATES, FRAMES = 200_000, 100, 300
-WANTED = 20.0
+TARGET_RATE = 20.0
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
 )  # fmt: skip
 
 
-def moments(classifier: Classifier) -> Callable[[int], Shown]:
-    """Moments of a run whose object differs from one to the next."""
+def dashboard_states(classifier: Classifier) -> Callable[[int], DashboardState]:
+    """States of a run whose object differs at each update."""
     rng = np.random.default_rng(0)
     directions = rng.normal(size=(POINTS, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -57,25 +56,25 @@ def moments(classifier: Classifier) -> Callable[[int], Shown]:
     azimuths = np.linspace(0, 2 * np.pi, FRAMES)
     path = 1.5 * np.column_stack([np.cos(azimuths), np.sin(azimuths), np.ones(FRAMES)])
 
-    def moment(number: int) -> Shown:
+    def state(number: int) -> DashboardState:
         index = number % FRAMES
-        # Another object each time: nothing can be kept from the update before.
+        # The object differs each time, so nothing can be reused from the previous update.
         points = directions * (0.5 + 0.05 * np.sin(7 * directions[:, :1] + 0.1 * number))
         grid = classifier.input_spec.bounds(PointCloud(points)).hits(points)
         seen = rng.integers(1, 50, POINTS)
-        return Shown(
-            rows, index + 1, ShownObject(points, directions, seen, grid),
-            ShownImages(depth, colour, number), PinholeCamera.xtion(),
+        return DashboardState(
+            rows, index + 1, ObjectSnapshot(points, directions, seen, grid),
+            FrameImages(depth, colour, number), PinholeCamera.xtion(),
             RigidTransform.from_components(path[index], Rotation.identity()),
             RigidTransform.from_translation([0.0, 0.2, 1.2]), path[: index + 1], path[: index + 1],
         )  # fmt: skip
 
-    return moment
+    return state
 
 
 @contextmanager
-def stand_in(dashboard: Dashboard) -> Iterator[list[int]]:
-    """Reads all that a browser would read; the sizes of what came [bytes]."""
+def receiving_client(dashboard: Dashboard) -> Iterator[list[int]]:
+    """A client that receives everything; yields the sizes of the messages [bytes]."""
     received: list[int] = []
     protocol = [Subprotocol(f"viser-v{viser.__version__}")]
     url = dashboard.url.replace("http", "ws")
@@ -107,10 +106,10 @@ def browser(dashboard: Dashboard) -> Iterator[list[int]]:
         started.close()
 
 
-def measured(dashboard: Dashboard, made: list[Shown], what: str) -> Row:
+def measured(dashboard: Dashboard, made: list[DashboardState], what: str) -> Row:
     """Time from update to update, as fast as the page's thread takes them."""
-    for shown in made[:3]:
-        dashboard.show(shown)
+    for state in made[:3]:
+        dashboard.show(state)
     times = []
     for number in range(UPDATES):
         began = time.perf_counter()
@@ -122,13 +121,14 @@ def measured(dashboard: Dashboard, made: list[Shown], what: str) -> Row:
 
 
 def main() -> None:
+    """Measure and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--browser", action="store_true", help="Chromium instead of a stand-in")
+    parser.add_argument("--browser", action="store_true", help="use Chromium as the client")
     arguments = parser.parse_args()
     classifier = Classifier.load()
-    moment = moments(classifier)
-    made = [moment(number) for number in range(8)]
-    client = browser if arguments.browser else stand_in
+    state = dashboard_states(classifier)
+    made = [state(number) for number in range(8)]
+    client = browser if arguments.browser else receiving_client
     with Dashboard(classifier, port=0, always=True) as dashboard, client(dashboard) as received:
         began, before = time.perf_counter(), sum(received)
         row = measured(dashboard, made, f"update of {POINTS:,} points")
@@ -136,10 +136,10 @@ def main() -> None:
         time.sleep(1.0)
         got = sum(received) - before
     rate = 1e3 / row.median
-    verdict = "reached" if rate >= WANTED else "not reached"
-    notes = f"{rate:.0f} updates a second; {WANTED:g} are wanted: {verdict}."
+    verdict = "reached" if rate >= TARGET_RATE else "not reached"
+    notes = f"{rate:.0f} updates per second; the target of {TARGET_RATE:g} is {verdict}."
     if not arguments.browser:
-        notes += f" {got / 1e6 / spent:.0f} MB/s came to the stand-in."
+        notes += f" {got / 1e6 / spent:.0f} MB/s were received."
     command = "python -m benchmarks.dashboard" + (" --browser" if arguments.browser else "")
     name = "dashboard_browser" if arguments.browser else "dashboard"
     write_report(name, command, [row], notes)

@@ -1,9 +1,9 @@
-"""Do the cells of most evidence carry the answer? Deletion curves on test objects.
+"""Deletion curves: whether the cells with most evidence determine the answer on test objects.
 
     python -m benchmarks.deletion modelnet10
 
-Cells are emptied, those of most evidence first, or in random order, or those of most evidence
-against first; after each twentieth the classifier is asked how probable the label still is.
+Occupied cells are emptied by decreasing evidence, in random order, or by increasing evidence. After
+each twentieth of the cells, the classifier computes the probability of the label.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from circumspect.storage import atomic_open, write_json
 STEPS = 20
 EACH = 5
 """Objects of each class, evenly over the test split."""
-SHOWN = (0.05, 0.1, 0.2, 0.3, 0.5)
+EMPTIED = (0.05, 0.1, 0.2, 0.3, 0.5)
 ORDERS = ("most evidence first", "random", "least evidence first")
 
 
@@ -41,7 +41,7 @@ def main() -> None:
     objects = open_data_set(parser.parse_args().data, "test")
     classifier = Classifier.load(MODELNET10, threads=1)
     input_spec = classifier.input_spec
-    assert isinstance(input_spec, GridSpec), "modelnet10 is shown grids"
+    assert isinstance(input_spec, GridSpec), "modelnet10 takes grids"
     chosen = [
         index
         for label in range(len(objects.classes))
@@ -50,30 +50,30 @@ def main() -> None:
         ]
     ]
     curves: dict[str, list[np.ndarray]] = {order: [] for order in ORDERS}
-    asked: list[int] = []
-    alike: list[bool] = []
-    agreeing: list[float] = []
+    grid_counts: list[int] = []
+    correct: list[bool] = []
+    agreement: list[float] = []
     for number, index in enumerate(chosen):
         cloud = objects.cloud(int(index))
         grid = input_spec.bounds(cloud).hits(input_spec.surface(cloud).points_xyz)
         found = cell_evidence(classifier, grid)
-        asked.append(found.asked)
+        grid_counts.append(found.grid_count)
         near = nearest_examples(classifier, cloud)
         truth = objects.classes[objects.labels[index]]
-        alike.append(near[0].label == truth)
+        correct.append(near[0].label == truth)
         named = classifier.classify(cloud).label
-        agreeing.append(float(np.mean([n.label == named for n in near])))
+        agreement.append(float(np.mean([n.label == named for n in near])))
         values = found.cells[grid.occupied]
         drawn = np.random.default_rng(number).random(len(values))
         for order, key in zip(ORDERS, (-values, drawn, values), strict=True):
             curves[order].append(deletion_curve(classifier, grid, found.label, key))
-    report(curves, asked, alike, agreeing)
+    report(curves, grid_counts, correct, agreement)
 
 
 def deletion_curve(
     classifier: OnnxClassifier, grid: OccupancyGrid, label: str, key: np.ndarray
 ) -> np.ndarray:
-    """(STEPS,) probability of the label as ever more cells are emptied, smallest key first."""
+    """(STEPS,) probability of the label while cells are emptied by increasing key."""
     cells = np.argwhere(grid.occupied)[np.argsort(key, kind="stable")]
     grids = np.repeat(grid.occupied[None].astype(np.uint8), STEPS, axis=0)
     for step, left in enumerate(grids):
@@ -84,31 +84,32 @@ def deletion_curve(
 
 def report(
     curves: dict[str, list[np.ndarray]],
-    asked: list[int],
-    alike: list[bool],
-    agreeing: list[float],
+    grid_counts: list[int],
+    correct: list[bool],
+    agreement: list[float],
 ) -> None:
+    """Write the page and the figures."""
     rows, document = [], {}
     for order, found in curves.items():
         mean = np.mean(found, axis=0)
-        shares = [f"{100 * mean[round(share * STEPS)]:.0f} %" for share in SHOWN]
+        shares = [f"{100 * mean[round(share * STEPS)]:.0f} %" for share in EMPTIED]
         rows.append([order, *shares, f"{mean.mean():.2f}"])
         document[order] = mean.tolist()
-    head = ["emptied", *(f"{100 * share:.0f} %" for share in SHOWN), "mean of the curve"]
+    head = ["emptied", *(f"{100 * share:.0f} %" for share in EMPTIED), "mean of the curve"]
     facts = machine()
     lines = [
         "# Evidence: deletion curves",
         "",
         "`python -m benchmarks.deletion modelnet10`",
         "",
-        f"Mean probability of the label of {len(asked)} test objects of ModelNet10 ({EACH} a "
-        "class) when so many of their occupied cells are emptied:",
+        f"Mean probability of the label of {len(grid_counts)} test objects of ModelNet10 ({EACH} a "
+        "class) when these shares of their occupied cells are emptied:",
         "",
         table(head, rows),
         "",
-        f"- grids that an object's evidence asks about: {np.mean(asked):.0f} (mean)",
-        f"- nearest training object of the true class: {np.mean(alike):.0%} of the objects",
-        f"- of the five nearest of the class that is named: {np.mean(agreeing):.0%}",
+        f"- grids classified for the evidence of an object: {np.mean(grid_counts):.0f} (mean)",
+        f"- nearest training object of the true class: {np.mean(correct):.0%} of the objects",
+        f"- share of the five nearest that have the predicted class: {np.mean(agreement):.0%}",
         "",
         *(f"- {key}: {value}" for key, value in facts.items()),
     ]
@@ -117,9 +118,10 @@ def report(
     write_json(
         RESULTS / "deletion.json",
         {
-            "machine": facts, "objects": len(asked), "steps": STEPS, "curves": document,
-            "grids_asked": float(np.mean(asked)), "nearest_is_right": float(np.mean(alike)),
-            "five_nearest_agree": float(np.mean(agreeing)),
+            "machine": facts, "objects": len(grid_counts), "steps": STEPS, "curves": document,
+            "grids_asked": float(np.mean(grid_counts)),
+            "nearest_is_right": float(np.mean(correct)),
+            "five_nearest_agree": float(np.mean(agreement)),
         },
     )  # fmt: skip
 

@@ -1,10 +1,10 @@
-"""How the tracker's error depends on the distance limit and the voxel size.
+"""Error of the tracker by distance limit and voxel size.
 
-    python -m benchmarks.depth_limits --data DIR   # minutes; some of them for the simulated scan
+    python -m benchmarks.depth_limits --data DIR   # minutes, including the simulated scan
 
-Real recordings, and frames of a simulated camera whose depth is distorted, without odometry. Each
-is tracked with all of the measurement model and with white noise only. A run is one JSON line in
-`runs/depth_limits.jsonl`, and is not repeated.
+Real recordings and frames of a simulated camera with distorted depth are tracked without odometry,
+with the complete measurement model and with white noise only. Each run is one JSON line in
+`runs/depth_limits.jsonl` and is not repeated.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ SIMULATED = "simulated camera"
 SCAN = FaultJob(
     "camera with depth distortion", ScanJob(NAME, "chair-100070", 30.0, 0, "normals", 0.1, 300)
 )
-"""Furniture of a variant that nothing else uses, at ten frames a second."""
+"""A variant that no other benchmark uses, at ten frames per second."""
 DEPTHS_M, VOXELS_M = (1.6, 2.0, 2.5, 3.0, 3.5, 4.0), (0.01, 0.02, 0.03, 0.04)
-USUAL_DEPTH_M, USUAL_VOXEL_M = 2.5, 0.03
+DEFAULT_DEPTH_M, DEFAULT_VOXEL_M = 2.5, 0.03
 MODEL, WHITE = "model", "white noise"
-"""All parts, and without those that concern systematic errors."""
+"""The complete measurement model, and the model without systematic errors."""
 SYSTEMATIC = ("systematic errors", "systematic slopes", "spurious information")
 
 
@@ -62,12 +62,12 @@ class DepthJob:
 
     source: Source | None
     variant: str
-    max_depth: float = USUAL_DEPTH_M
-    voxel: float = USUAL_VOXEL_M
+    max_depth: float = DEFAULT_DEPTH_M
+    voxel: float = DEFAULT_VOXEL_M
 
     @property
     def recording(self) -> str:
-        """Name of what is tracked."""
+        """Name of the recording."""
         return SIMULATED if self.source is None else self.source.name
 
     @property
@@ -78,9 +78,9 @@ class DepthJob:
 
 
 def jobs(sources: Sequence[Source | None]) -> list[DepthJob]:
-    """Every distance at the usual voxel size, and every voxel size at the usual distance."""
-    limits = [(depth, USUAL_VOXEL_M) for depth in DEPTHS_M]
-    limits += [(USUAL_DEPTH_M, voxel) for voxel in VOXELS_M if voxel != USUAL_VOXEL_M]
+    """Every distance at the default voxel size, and every voxel size at the default distance."""
+    limits = [(depth, DEFAULT_VOXEL_M) for depth in DEPTHS_M]
+    limits += [(DEFAULT_DEPTH_M, voxel) for voxel in VOXELS_M if voxel != DEFAULT_VOXEL_M]
     return [
         DepthJob(source, variant, *limit)
         for source in sources
@@ -110,7 +110,7 @@ def _variant(name: str) -> ExitStack:
 
 
 def _simulated() -> tuple[Sequence[RgbdFrame], RigidTransform]:
-    """Frames of a camera on its own, the first with its pose."""
+    """Frames of the simulated camera without odometry; only the first has a pose."""
     scan = read(_path())
     bare = [replace(frame, odometry=None, T_base_camera=None) for frame in scan.frames]
     return [replace(bare[0], T_map_camera=scan.truth[0]), *bare[1:]], scan.truth
@@ -121,7 +121,7 @@ def _path() -> Path:
 
 
 def record() -> None:
-    """Drive the simulated scan, once."""
+    """Record the simulated scan if its file does not exist."""
     if _path().exists():
         return
     parts = prepared_fault(SCAN)
@@ -133,13 +133,13 @@ def record() -> None:
 
 def page(found: Sequence[Mapping[str, Any]]) -> str:
     """A table over the distances, and one over the voxel sizes."""
-    by_depth = [r for r in found if r["voxel_m"] == USUAL_VOXEL_M]
-    by_voxel = [r for r in found if r["max_depth_m"] == USUAL_DEPTH_M]
+    by_depth = [r for r in found if r["voxel_m"] == DEFAULT_VOXEL_M]
+    by_voxel = [r for r in found if r["max_depth_m"] == DEFAULT_DEPTH_M]
     return "\n\n".join([
         "ATE of live poses [mm], and the largest value as a multiple of the smallest.",
-        f"Depths up to so many metres, voxels of {100 * USUAL_VOXEL_M:g} cm:",
+        f"Limits of the depth, with voxels of {100 * DEFAULT_VOXEL_M:g} cm:",
         _table(by_depth, "max_depth_m", DEPTHS_M, "{:g} m"),
-        f"Voxels of so many centimetres, depths up to {USUAL_DEPTH_M:g} m:",
+        f"Voxel sizes, with depths up to {DEFAULT_DEPTH_M:g} m:",
         _table(by_voxel, "voxel_m", VOXELS_M, "{:g} cm", 100),
     ])  # fmt: skip
 
@@ -166,18 +166,18 @@ def _table(
 
 
 def main() -> int:
-    """Run what is not there yet and write the tables."""
+    """Run missing settings and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=DATA, help="folder of real recordings")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
     record()
-    asked = jobs([None, *real(given.data, None)])
+    wanted = jobs([None, *real(given.data, None)])
     path = FOLDER.parent / RECORDS
-    run_all(asked, run, path, LocalPool(given.workers), progress_report())
+    run_all(wanted, run, path, LocalPool(given.workers), progress_report())
     by_key = {record["key"]: record for record in records(path)}
-    found = [by_key[job.key] for job in asked]
+    found = [by_key[job.key] for job in wanted]
     write_page(
         NAME, "Distance limits and voxel sizes", f"python -m benchmarks.{NAME}",
         f"{made_by(found)}\n\n{page(found)}", {"runs": found}, given.out,

@@ -15,14 +15,14 @@ from circumspect.furniture import CATEGORIES
 PAIRS = 30
 SEED = 45
 FIRST_VARIANT = 100_020
-"""Of the furniture: variants that nothing else uses."""
+"""First variant of the furniture; no other benchmark uses these variants."""
 HEAD = ["faults", "object", "answer", "outcome", "ATE [mm]", "reliable poses", "ended"]
 
 
 def pairs() -> list[tuple[str, str]]:
-    """The pairs of faults, drawn by chance so that each fault has as many as the others."""
+    """Random pairs of faults in which all faults are about equally frequent."""
     known = [fault for fault in EVERY if fault not in ("none", GIANT)]
-    # Two worlds can not be one.
+    # A scan has one world, so that at most one fault of a pair changes the world.
     possible = [pair for pair in combinations(known, 2) if any(fault in FAULTS for fault in pair)]
     drawn = [possible[n] for n in np.random.default_rng(SEED).permutation(len(possible))]
     used, chosen = Counter[str](), list[tuple[str, str]]()
@@ -46,7 +46,7 @@ def pair_jobs(frame_interval: float, frames: int) -> list[FaultJob]:
 
 
 def pair_rows(found: list[dict[str, Any]]) -> list[list[str]]:
-    """One a scan."""
+    """One row for each scan."""
     return [
         [
             record["fault"], record["object"], record["label"] or "none", outcome(record),
@@ -58,7 +58,7 @@ def pair_rows(found: list[dict[str, Any]]) -> list[list[str]]:
 
 
 def pair_notes(found: list[dict[str, Any]]) -> str:
-    """How many answers were confident and wrong."""
+    """A sentence on the number of confident wrong answers."""
     wrong = sum(outcome(record) == "confident and wrong" for record in found)
     confident = sum(bool(record.get("confident")) for record in found)
     verdict = "No wrong confident answer" if wrong == 0 else f"{wrong} wrong confident answers"

@@ -1,9 +1,9 @@
-"""What some rules of the tracker are worth in scans with faults on which nothing was chosen.
+"""Effect of some rules of the tracker in scans with faults that no setting was tuned on.
 
     python -m benchmarks.fault_rules
 
-Each scan is driven with all rules, and again without each rule that made a difference in it. Every
-run is one JSON line in `benchmarks/results/fault_rules.jsonl`, and is not repeated.
+Each scan is driven with all rules, and again without each rule that made a difference in it. Each
+run is one JSON line in `benchmarks/results/fault_rules.jsonl` and is not repeated.
 """
 
 from __future__ import annotations
@@ -19,30 +19,30 @@ from typing import Any
 import numpy as np
 
 from benchmarks.ablation_rules import RULES
-from benchmarks.asked import of_jobs
 from benchmarks.fault_pairs import outcome
 from benchmarks.fault_scenarios import FaultJob, run_fault
 from benchmarks.provenance import made_by
 from benchmarks.report import RESULTS, progress_report, write_page
 from benchmarks.rule_patches import Rule, probed, without
 from benchmarks.scan_job import ScanJob
+from benchmarks.selection import records_of_jobs
 from circumspect.evaluation.markdown import table
 from circumspect.gathering.job_pool import LocalPool, records, run_all
 
 NAMES = ("vague poses", "overlap of lost cameras", "slipping wheels", "unknown space")
-"""Rules that were found on single scans with faults."""
+"""Rules that were introduced because of single scans with faults."""
 OBJECTS = (
     "bed-100070", "sofa-100071", "dresser-100072", "table-100073", "desk-100074",
     "night_stand-100075",
 )  # fmt: skip
-"""Variants that nothing else uses."""
+"""Variants that no other benchmark uses."""
 FAULTS = (
     "odometry gone from the start", "odometry stuck", "clock of the images 1 s behind",
     "robot kidnapped", "robot blocked for 20 s", "object from wall to wall",
 )  # fmt: skip
 SEED = 70
 BAD_M = 0.06
-"""A `reliable` pose that is more than this off [m] is counted."""
+"""Scans with a `reliable` pose whose error is larger [m] are counted."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class RuleJob:
 
     Attributes:
         fault: The scan.
-        rule: What is switched off; empty for nothing.
+        rule: Rule that is switched off; empty for none.
     """
 
     fault: FaultJob
@@ -59,12 +59,12 @@ class RuleJob:
 
     @property
     def key(self) -> str:
-        """Identifies it among all others."""
+        """Unique name."""
         return f"{self.rule or 'all rules'}/{self.fault.key}"
 
 
 def run_job(job: RuleJob) -> dict[str, Any]:
-    """Scan; JSON types. With all rules it is written down which of them make a difference."""
+    """Run a scan; JSON types. With all rules, the record lists those that make a difference."""
     rules = rules_of(NAMES)
     if job.rule:
         with without(rules_of((job.rule,))):
@@ -80,7 +80,7 @@ def rules_of(names: Sequence[str]) -> tuple[Rule, ...]:
 
 
 def fault_jobs(frame_interval: float, frames: int) -> list[FaultJob]:
-    """Each object with each fault, from starts drawn by chance."""
+    """Each object with each fault, from random starts."""
     found = []
     for number, (name, fault) in enumerate((o, f) for o in OBJECTS for f in FAULTS):
         start = float(np.round(np.random.default_rng([SEED, number]).uniform(0, 360), 1))
@@ -90,7 +90,7 @@ def fault_jobs(frame_interval: float, frames: int) -> list[FaultJob]:
 
 
 def rows(found: list[dict[str, Any]]) -> list[list[str]]:
-    """One with all rules, and one without each: a scan in which it makes no difference stays."""
+    """One row with all rules, and one without each; scans without a difference are unchanged."""
     whole = [record for record in found if not record["rule"]]
     lines = [_line("all rules", "", whole)]
     for name in NAMES:
@@ -125,10 +125,10 @@ HEAD = [
 
 
 def main() -> int:
-    """Run what is not there yet and write the table."""
+    """Run missing scans and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frame-interval", type=float, default=0.5, help="between frames [s]")
-    parser.add_argument("--frames", type=int, default=4000, help="at most so many a scan")
+    parser.add_argument("--frames", type=int, default=4000, help="maximum frames of a scan")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args()
@@ -144,11 +144,11 @@ def main() -> int:
         if name in done.get(job.key, {}).get("active", [])
     ]
     run_all(parts, run_job, path, pool, progress_report())
-    found = of_jobs(records(path), [*whole, *parts])
+    found = records_of_jobs(records(path), [*whole, *parts])
     text = (
-        f"{len(whole)} scans: {len(OBJECTS)} pieces of furniture on which nothing was chosen, "
-        f"each with {len(FAULTS)} faults ({', '.join(FAULTS)}). A scan in which a rule makes no "
-        f"difference is counted as it is. {made_by(found)}\n\n{table(HEAD, rows(found))}"
+        f"{len(whole)} scans: {len(OBJECTS)} pieces of furniture that no setting was tuned on, "
+        f"each with {len(FAULTS)} faults ({', '.join(FAULTS)}). Scans in which a rule makes no "
+        f"difference count unchanged. {made_by(found)}\n\n{table(HEAD, rows(found))}"
     )
     command = "python -m benchmarks.fault_rules"
     write_page("fault_rules", "Rules against faults", command, text, {"rows": rows(found)},

@@ -1,4 +1,4 @@
-"""Scans in which something goes wrong: faults of the robot, its sensors and its world."""
+"""Simulated scans with faults of the robot, its sensors or its world."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.live_poses import LivePoses, trust
+from benchmarks.live_poses import LivePoses, reliability_figures
 from benchmarks.provenance import provenance
 from benchmarks.scan_job import ROOM, ScanJob, answer_figures, measured, prepared
 from circumspect.errors import CircumspectError
@@ -43,9 +43,9 @@ from circumspect.simulation import (
 )
 
 AFTER = 40.0
-"""When a fault begins [s]: a sixth of the way round."""
+"""Time at which a fault begins [s], after a sixth of the orbit."""
 AWAY = PlanarPose(0.3, -0.1, 0.35)
-"""To where a kidnapper carries the robot."""
+"""Displacement of a kidnapped robot."""
 
 Wrapper = Callable[[MobileRobot], MobileRobot]
 FAULTS: dict[str, Wrapper] = {
@@ -81,17 +81,17 @@ NOTHING, BAR, GIANT = (
 WORLDS = (*ROOMS, NOTHING, BAR, GIANT)
 """Faults of the world instead of the robot."""
 BAR_XYZ = (0.2, 9.0, 0.7)
-"""Half thickness, half length and height of a thing from wall to wall [m]."""
+"""Half thickness, half length and height of the bar from wall to wall [m]."""
 EVERY = (*FAULTS, *WORLDS)
 
 
 @dataclass(frozen=True)
 class FaultJob:
-    """A scan with something wrong.
+    """A scan with one or two faults.
 
     Attributes:
         fault: One of `FAULTS` or `WORLDS`.
-        scan: What would be scanned if all were well.
+        scan: The scan without its faults.
         second: Another fault at the same time; None for none.
     """
 
@@ -101,22 +101,22 @@ class FaultJob:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """All of them."""
+        """All faults of the scan."""
         return (self.fault,) if self.second is None else (self.fault, self.second)
 
     @property
     def name(self) -> str:
-        """What goes wrong."""
+        """Names of the faults."""
         return " + ".join(self.faults)
 
     @property
     def key(self) -> str:
-        """Identifies it among all others."""
+        """Unique name."""
         return f"{self.name}/{self.scan.key}"
 
 
 def run_fault(job: FaultJob) -> dict[str, Any]:
-    """Scan with the faults and say how it ended; JSON types."""
+    """Run a scan with faults; the record contains its end reason, in JSON types."""
     made = provenance()
     head = {"key": job.key, "made": made, "fault": job.name, "object": job.scan.object}
     try:
@@ -130,24 +130,24 @@ def run_fault(job: FaultJob) -> dict[str, Any]:
         result = scan.run((log, live))
     except CircumspectError as error:
         return {**head, "ended": f"error: {error}", "label": None, "frames": 0}
-    # What stands there instead, if anything, is none of the ten things.
-    nameless = NOTHING in job.faults or BAR in job.faults
-    error = measured(parts, result, log, shape=not nameless)
+    # Without the object, none of the ten classes is correct.
+    unlabelled = NOTHING in job.faults or BAR in job.faults
+    error = measured(parts, result, log, shape=not unlabelled)
     return {
         **head,
-        "true_label": None if nameless else parts.config["true_label"],
+        "true_label": None if unlabelled else parts.config["true_label"],
         **answer_figures(result),
         **_odometry_warning(result),
         "ended": scan.ended,
         "distance_m": scan.driven_m,
         **error.summary(),
         "missing": list(error.missing),
-        **trust(live.estimates, parts.ground_truth.trajectory)._asdict(),
+        **reliability_figures(live.estimates, parts.ground_truth.trajectory)._asdict(),
     }
 
 
 def _odometry_warning(result: RecognitionResult) -> dict[str, Any]:
-    """From which frame on odometry was not used, and why."""
+    """First frame without odometry, and the reason."""
     warned = [step for step in result.steps if step.odometry_warning]
     if not warned:
         return {}
@@ -161,8 +161,8 @@ def prepared_fault(job: FaultJob) -> SimulatedScan:
     if GIANT in job.faults:
         mesh = parts.room.scene.surfaces[0].mesh
         room(TriangleMesh(8 * mesh.vertices_xyz, mesh.faces), job.scan.seed)
-        raise AssertionError("the room took a thing of eight times the size")
-    # Bare walls: a thing that stands about would be taken for the object, and rightly so.
+        raise AssertionError("the room accepted an object of eight times the size")
+    # Bare walls, because clutter would correctly be segmented as the object.
     bare = tuple(s for s in parts.room.scene.surfaces if s.name.startswith(("floor", "wall")))
     if NOTHING in job.faults:
         parts = _in_scene(parts, bare, job.scan)
@@ -175,7 +175,7 @@ def prepared_fault(job: FaultJob) -> SimulatedScan:
 
 
 def _in_scene(parts: SimulatedScan, surfaces: tuple[Surface, ...], scan: ScanJob) -> SimulatedScan:
-    """The same scan among other things."""
+    """The same scan in another scene."""
     robot = SimulatedRobot(
         Scene(surfaces), parts.room.start(scan.start_deg), parts.room.mount, seed=scan.seed
     )
@@ -183,14 +183,14 @@ def _in_scene(parts: SimulatedScan, surfaces: tuple[Surface, ...], scan: ScanJob
 
 
 def _bar(centre_xy: tuple[float, float], scan: ScanJob) -> Surface:
-    """A thing from wall to wall, across the robot's view."""
+    """A bar from wall to wall across the robot's view."""
     x, y, z = BAR_XYZ
     stand = PlanarPose(*centre_xy, float(np.radians(scan.start_deg)))
     return Surface("object", moved_mesh(block((-x, -y, 0.0), (x, y, z)), stand))
 
 
 def _kidnapped(robot: MobileRobot) -> MobileRobot:
-    """The witness's robot is carried away, and the witness sees it."""
+    """Displace the simulated robot in a way that the ground-truth recorder observes."""
     inner = robot
     while not isinstance(inner, GroundTruthRecorder):
         assert isinstance(inner, WrappedRobot)
@@ -199,7 +199,7 @@ def _kidnapped(robot: MobileRobot) -> MobileRobot:
 
 
 class _RecordedKidnapping(Kidnapped):
-    """Kidnaps the simulated robot inside of a witness."""
+    """Kidnaps the simulated robot inside of a ground-truth recorder."""
 
     def __init__(self, robot: MobileRobot, ground_truth: GroundTruthRecorder) -> None:
         super().__init__(ground_truth.simulated, AFTER, AWAY)

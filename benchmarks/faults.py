@@ -1,11 +1,11 @@
-"""What becomes of a scan when something goes wrong: tables of faults against outcome.
+"""Outcomes of scans with faults, as tables by fault.
 
     python -m benchmarks.faults                      # all faults, a few scans each
     python -m benchmarks.faults --only "robot kidnapped"
     python -m benchmarks.faults --suite pairs        # 30 scans with two faults each
 
-Every scan is one JSON line in `benchmarks/results/faults.jsonl` or `fault_pairs.jsonl`; what is
-there is not done again. The table is of the scans of all faults that the same settings make.
+Each scan is one JSON line in `benchmarks/results/faults.jsonl` or `fault_pairs.jsonl` and is not
+repeated. The table covers the scans of all faults with the same settings.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.asked import command_with, of_jobs
 from benchmarks.fault_pairs import HEAD, pair_jobs, pair_notes, pair_rows
 from benchmarks.fault_scenarios import EVERY, FaultJob, run_fault
 from benchmarks.provenance import made_by
 from benchmarks.report import RESULTS, machine, progress_report
 from benchmarks.scan_job import ScanJob
+from benchmarks.selection import command_with_flags, records_of_jobs
 from circumspect.evaluation.markdown import table
 from circumspect.gathering.job_pool import LocalPool, records, run_all
 
 OBJECTS = ("chair-100000", "sofa-100000", "night_stand-100000")
 SETTINGS = ("frame_interval", "frames")
-"""Flags that say which scans there are."""
+"""Flags that determine the scans."""
 
 
 def rows(found: list[dict[str, Any]]) -> list[list[str]]:
-    """One a fault, over its scans."""
+    """One row for each fault, over its scans."""
     lines = []
     for fault in EVERY:
         some = [record for record in found if record["fault"] == fault]
@@ -72,14 +72,14 @@ def _mean(some: list[dict[str, Any]], name: str) -> str:
 
 
 def main() -> int:
-    """Run what is not there yet and write the table."""
-    given, usual = _parser().parse_args(), _parser().parse_args([])
+    """Run missing scans and write the table."""
+    given, defaults = _parser().parse_args(), _parser().parse_args([])
     suite = _pairs if given.suite == "pairs" else _singles
-    suite(given, usual)
+    suite(given, defaults)
     return 0
 
 
-def _singles(given: argparse.Namespace, usual: argparse.Namespace) -> None:
+def _singles(given: argparse.Namespace, defaults: argparse.Namespace) -> None:
     path: Path = given.out / "faults.jsonl"
     run_all(
         jobs(given.only or EVERY, given),
@@ -88,17 +88,19 @@ def _singles(given: argparse.Namespace, usual: argparse.Namespace) -> None:
         LocalPool(given.workers),
         progress_report(),
     )
-    command = command_with("python -m benchmarks.faults", given, usual, SETTINGS)
-    found = of_jobs(records(path), jobs(EVERY, given))
+    command = command_with_flags("python -m benchmarks.faults", given, defaults, SETTINGS)
+    found = records_of_jobs(records(path), jobs(EVERY, given))
     write(rows(found), given.out, command, made_by(found))
 
 
-def _pairs(given: argparse.Namespace, usual: argparse.Namespace) -> None:
+def _pairs(given: argparse.Namespace, defaults: argparse.Namespace) -> None:
     path: Path = given.out / "fault_pairs.jsonl"
     wanted = pair_jobs(given.frame_interval, given.frames)
     run_all(wanted[: given.scans], run_fault, path, LocalPool(given.workers), progress_report())
-    command = command_with("python -m benchmarks.faults --suite pairs", given, usual, SETTINGS)
-    found = of_jobs(records(path), wanted)
+    command = command_with_flags(
+        "python -m benchmarks.faults --suite pairs", given, defaults, SETTINGS
+    )
+    found = records_of_jobs(records(path), wanted)
     text = f"`{command}`. {pair_notes(found)} {made_by(found)}\n\n{table(HEAD, pair_rows(found))}"
     _written(given.out / "fault_pairs.md", "Pairs of faults", text)
 
@@ -119,7 +121,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--scans", type=int, help="run only the first pairs")
     parser.add_argument("--only", choices=EVERY, action="append")
     parser.add_argument("--frame-interval", type=float, default=0.5, help="between frames [s]")
-    parser.add_argument("--frames", type=int, default=4000, help="at most so many a scan")
+    parser.add_argument("--frames", type=int, default=4000, help="maximum frames of a scan")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=RESULTS)
     return parser

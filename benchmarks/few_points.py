@@ -1,7 +1,7 @@
-"""How many points an object needs: `python -m benchmarks.few_points ModelNet10`.
+"""Accuracy by number of points: `python -m benchmarks.few_points ModelNet10`.
 
-The classifier `modelnet10` names the test objects from fewer and fewer of their points, and says
-how many of its answers it takes for those of an object that it knows.
+`modelnet10` classifies the test objects from fewer and fewer of their points. The table also gives
+the share of objects that it considers in distribution.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def main() -> int:
     test = open_data_set(given.data, "test")
     classifier, report = OnnxClassifier.load(MODELNET10, threads=1), progress_report()
     if classifier.classes != test.classes:
-        sys.exit(f"{given.data}: it has other classes than {MODELNET10}")
+        sys.exit(f"{given.data}: its classes differ from those of {MODELNET10}")
     rows = []
     for index, count in enumerate(COUNTS):
         answers = [classifier.classify(_thinned(test, i, count)) for i in range(len(test))]
@@ -48,19 +48,19 @@ def main() -> int:
 
 
 def measured(
-    count: int, answers: Sequence[Prediction], test: ObjectSet, farthest: float
+    count: int, answers: Sequence[Prediction], test: ObjectSet, max_distance: float
 ) -> dict[str, float]:
     """A row of the table.
 
     Args:
-        count: Points that each object had.
-        answers: To the objects of the set.
+        count: Number of points of each object.
+        answers: Answers to the objects of the set.
         test: The set.
-        farthest: Distance to the nearest training object up to which an object is in
+        max_distance: Distance to the nearest training object up to which an object is in
             distribution.
     """
     correct = np.array([test.classes.index(a.label) for a in answers]) == test.labels
-    near = np.array([a.distance is not None and a.distance <= farthest for a in answers])
+    near = np.array([a.distance is not None and a.distance <= max_distance for a in answers])
     return {
         "points": count,
         "accuracy": float(correct.mean()),
@@ -78,9 +78,9 @@ def page_text(rows: Sequence[dict[str, float]], objects: int) -> str:
         for row in rows
     ]  # fmt: skip
     return (
-        f"{objects} test objects at 0°, drawn points of each. Near: no farther from some training "
-        f"object than nearly all objects of the classes are; from {MIN_POINTS} points on these "
-        "are in distribution, unless the cloud seems to hold the floor; below none is.\n\n"
+        f"{objects} test objects at 0°, random points of each. Near: within the distance of the "
+        f"open-set test from a training object. From {MIN_POINTS} points on, near objects are in "
+        "distribution unless the cloud seems to contain the floor; with fewer points none is.\n\n"
         + table(["points", "correct", "near", "incorrect of these", "in distribution"], lines)
     )
 

@@ -1,9 +1,9 @@
-"""Grids: native kernels beside their NumPy twins, trimesh and a plain histogram, in one run.
+"""Speed of grids: native kernels, their NumPy twins, trimesh and a plain histogram, in one run.
 
     python -m benchmarks.grid_speed [FOLDER]
 
-Every row is repeated until a second is over, 8 to 200 times. On a machine that does other work
-the minimum says more than the median.
+Each row is repeated for a second, 8 to 200 times. On a busy machine the minimum is more reliable
+than the median.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ trimesh mesh: creation.voxelize, method "subdivide", pitch of 1/32 of the same c
 histogramdd: cylindrical coordinates in NumPy, then numpy.histogramdd
 views: the eight dithered grids of the shipped classifier, float64, one core; from the cloud to
   its inputs, bounds included; one pass: hits_views; one by one: hits_batch of the points about the
-  centre, and bounds as for one pass; both in turn
+  centre, and bounds as for one pass; both alternate
 frame: 640x480, a ball of 0.35 m whose near side is 0.8 m away, a wall at 3.5 m behind it;
   all 307,200 beams, grid of 32 x 32 x 32 and radius 0.45 m about the ball
 surface filled: points drawn evenly over a chair, near neighbours joined by triangles, and
-  16,384 points drawn on these, as a sparse cloud is before it is gridded; beside it what
-  scipy.spatial.KDTree takes for the 16 neighbours of each point alone
+  16,384 points sampled on these, as before a sparse cloud is gridded; KDTree: time of
+  scipy.spatial.KDTree for the 16 neighbours of each point alone
 """
 
 
@@ -112,11 +112,13 @@ def view_rows() -> list[Row]:
 
 
 def ratio(found: Sequence[Row]) -> str:
-    """How many times as fast one pass over all views is."""
-    one, old = (next(row for row in found if row.name == name) for name in (ONE_PASS, ONE_BY_ONE))
+    """A sentence on the speed-up of one pass over all views."""
+    one, several = (
+        next(row for row in found if row.name == name) for name in (ONE_PASS, ONE_BY_ONE)
+    )
     return (
-        f"\nOne pass over all views is {old.minimum / one.minimum:.1f} times as fast as one by one "
-        f"by the least times, {old.median / one.median:.1f} times by the medians.\n"
+        f"\nOne pass over all views is {several.minimum / one.minimum:.1f} times as fast as one by "
+        f"one by the minima, {several.median / one.median:.1f} times by the medians.\n"
     )
 
 
@@ -186,7 +188,7 @@ def _rays(cloud: PointCloud, count: int) -> tuple[NDArray[np.float64], NDArray[n
 
 @contextmanager
 def _one_core() -> Iterator[None]:
-    """Keeps this process on one core, where the system can."""
+    """Keeps this process on one core if the system supports it."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

@@ -1,11 +1,12 @@
-"""GTSAM beside the project's solvers, on the same graphs: time, and how far results differ.
+"""GTSAM and the project's solvers on the same graphs: time and difference of the results.
 
     pip install gtsam==4.3.0          # not a dependency of the project
     python -m benchmarks.gtsam_trial
 
-A robot drives round an object three times and a half. The keyframe graph has its odometry and
-robust factors between keyframes that see the same side. The window has 15 poses, odometry whose
-scale is estimated, and a measured pose each. `docs/development/solvers.md` says what follows.
+A robot drives round an object three and a half times. The keyframe graph has its odometry and
+robust factors between keyframes that see the same side. The window has 15 poses with a measured
+pose each, and odometry whose scale is estimated. `docs/development/solvers.md` discusses the
+results.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from circumspect.tracking.fixed_lag_smoother import LAG, FixedLagSmoother
 from circumspect.tracking.smoother_window import PoseFactor
 
 SIZES = (30, 60, 120, 240)
-ROUNDS = 3.5
+ORBITS = 3.5
 STEP = np.array([0.0, 0.0, 0.1, 0.2, 0.0, 0.0])
 """Motion from one keyframe to the next [rad, m]."""
 ODOMETRY_SIGMAS = np.array([0.002] * 3 + [0.004] * 3)
@@ -40,7 +41,7 @@ OUTLIERS = 0.05
 """Share of wrong loop closures."""
 REPEATS = 5
 FRAMES = 60
-"""Of the window's drive."""
+"""Number of frames of the drive for the window."""
 
 Pose = NDArray[np.floating]
 
@@ -50,11 +51,11 @@ def graph(count: int) -> PoseGraph:
     rng = np.random.default_rng(count)
     truth: list[Pose] = [np.eye(4)]
     for _ in range(count - 1):
-        truth.append(truth[-1] @ se3_matrices.exp(STEP * ROUNDS * 2 * np.pi / (0.1 * count)))
+        truth.append(truth[-1] @ se3_matrices.exp(STEP * ORBITS * 2 * np.pi / (0.1 * count)))
     factors = [_between(truth, n, n + 1, ODOMETRY_SIGMAS, rng) for n in range(count - 1)]
-    a_round = round(count / ROUNDS)
+    per_orbit = round(count / ORBITS)
     for n in range(count):
-        for other in (n + 2, n + 4, n + a_round):
+        for other in (n + 2, n + 4, n + per_orbit):
             if other < count:
                 wrong = rng.random() < OUTLIERS
                 factors.append(_between(truth, n, other, SCAN_SIGMAS, rng, True, wrong))
@@ -74,18 +75,18 @@ def _between(
     return BetweenFactor(first, second, T, np.diag(sigmas**-2.0), robust)
 
 
-def by_gtsam(asked: PoseGraph) -> Pose:
+def by_gtsam(problem: PoseGraph) -> Pose:
     """(n, 4, 4) the optimum by GTSAM's Levenberg-Marquardt method."""
     import gtsam  # pyright: ignore[reportMissingImports]
 
     factors, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
-    values_of = [gtsam.Pose3(pose.as_matrix()) for pose in asked.poses]
+    values_of = [gtsam.Pose3(pose.as_matrix()) for pose in problem.poses]
     for number, pose in enumerate(values_of):
         values.insert(number, pose)
     fixed = gtsam.noiseModel.Isotropic.Sigma(6, 1e-9)
     factors.add(gtsam.PriorFactorPose3(0, values_of[0], fixed))
     cauchy = gtsam.noiseModel.mEstimator.Cauchy.Create(CAUCHY_SCALE)
-    for factor in asked.between_factors:
+    for factor in problem.between_factors:
         noise = gtsam.noiseModel.Gaussian.Information(factor.information)
         if factor.robust:
             noise = gtsam.noiseModel.Robust.Create(cauchy, noise)
@@ -94,7 +95,7 @@ def by_gtsam(asked: PoseGraph) -> Pose:
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setRelativeErrorTol(1e-9)
     found = gtsam.LevenbergMarquardtOptimizer(factors, values, parameters).optimize()
-    return np.stack([found.atPose3(number).matrix() for number in range(len(asked.poses))])
+    return np.stack([found.atPose3(number).matrix() for number in range(len(problem.poses))])
 
 
 def drive() -> list[tuple[RelativeMotion, Pose]]:
@@ -128,8 +129,8 @@ def smoothed(rows: list[tuple[RelativeMotion, Pose]]) -> tuple[Pose, float]:
 def smoothed_by_gtsam(rows: list[tuple[RelativeMotion, Pose]]) -> tuple[Pose, float]:
     """The same by GTSAM's fixed-lag smoother, with odometry of a known scale.
 
-    A factor of our own, as for the scale, is called back in Python; that costs more than all else,
-    and is left out in GTSAM's favour.
+    A custom factor, as for the scale, would be a Python callback and dominate the time. It is left
+    out in GTSAM's favour.
     """
     import gtsam  # pyright: ignore[reportMissingImports]
 
@@ -170,11 +171,11 @@ def main() -> int:
     argparse.ArgumentParser(description=__doc__).parse_args()
     rows = []
     for count in SIZES:
-        asked = graph(count)
-        ours = np.stack([pose.as_matrix() for pose in asked.optimised().poses])
-        apart = distances(ours, by_gtsam(asked))[0].max()
-        row = count, len(asked.between_factors), *map(
-            _milliseconds, (asked.optimised, lambda asked=asked: by_gtsam(asked))
+        problem = graph(count)
+        ours = np.stack([pose.as_matrix() for pose in problem.optimised().poses])
+        apart = distances(ours, by_gtsam(problem))[0].max()
+        row = count, len(problem.between_factors), *map(
+            _milliseconds, (problem.optimised, lambda problem=problem: by_gtsam(problem))
         ), 1e3 * float(apart)  # fmt: skip
         rows.append(row)
     (own, own_ms), (other, other_ms) = smoothed(drive()), smoothed_by_gtsam(drive())

@@ -1,9 +1,9 @@
-"""The intelligent space on simulated images: error, stated error, rate, detection.
+"""The intelligent space on simulated images: error, predicted error, rate and detection.
 
     python -m benchmarks.intelligent_space [FOLDER]
 
-Rooms, objects, lenses and the places of four cameras at 3 m are drawn by seed; the robot drives
-round the object at 0.2 m/s while each camera takes ten images a second.
+The seed determines rooms, objects, lenses and positions of four cameras at 3 m. The robot drives
+round the object at 0.2 m/s while each camera takes ten images per second.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ RUNS: tuple[tuple[Kind, int], ...] = (
 """What is calibrated from images, and the seed."""
 SECONDS = 15.0
 SIDES = (16, 20, 24, 28, 32, 40, 54)
-"""Of the tag [px]."""
+"""Side lengths of the tag [px]."""
 FACTORS = (1.0, 1.5, 2.0, 3.0, 4.0)
 IMAGES = 40
 GAPS = (0.2, 0.5, 1.0, 2.0)
@@ -60,15 +60,15 @@ GAPS = (0.2, 0.5, 1.0, 2.0)
 
 @dataclass
 class Errors:
-    """Over all fixes of some runs.
+    """Errors over all fixes of some runs.
 
     Attributes:
         errors: (3,) each: x, y [m] and yaw [rad].
-        squares: Normalised by the stated covariance.
-        stated: Standard deviation of the place [m].
-        visible, found: Images that show the whole tag, and those in which it was found.
-        tracked, times: Times with a measured pose, and all.
-        wall, work: Of four images [ms]: as the clock goes, and of the processor.
+        squares: Normalised squared errors by the predicted covariance.
+        stated: Predicted standard deviations of the position [m].
+        visible, found: Numbers of images that show the whole tag, and of its detections.
+        tracked, times: Numbers of times with a measured pose, and of all times.
+        wall, work: Wall-clock time and processor time of four images [ms].
     """
 
     errors: list[np.ndarray] = field(default_factory=list)
@@ -109,7 +109,7 @@ def _two(values: list[float]) -> dict[str, float]:
 
 
 def measure(kind: Kind, seed: int, errors: Errors) -> None:
-    """One run; every camera's images are looked at again for the detection rate."""
+    """Add the errors of one run, and the detections of each camera."""
     space = SimulatedSpace.prepared(SpaceSetup(calibrate=kind, seconds=SECONDS, seed=seed))
     mount, original = space.rig.mount, space.space.locate
 
@@ -142,7 +142,7 @@ def measure(kind: Kind, seed: int, errors: Errors) -> None:
 
 
 def gaps() -> list[list[str]]:
-    """What is left of the pose when nobody sees the robot for a while."""
+    """Errors of the bridged pose when no camera sees the robot for a while."""
     space = SimulatedSpace.prepared(SpaceSetup(calibrate="none", seconds=4.0, rate=10.0, seed=0))
     slots: list[Any] = []
     space.drive(taken=slots.append)
@@ -172,15 +172,15 @@ def _rms(values: ArrayLike) -> float:
 
 
 def knocks() -> list[list[str]]:
-    """How soon a camera that was moved is found out, with three that see the robot."""
+    """Time until a displaced camera is detected while three cameras see the robot."""
     rows = []
     for shift in (0.002, 0.005, 0.01, 0.04):
         places = ((-0.5, 0.0), (0.5, 0.0), (0.0, 0.4))
-        hung = [_camera(f"c{n}", 900.0, x, y) for n, (x, y) in enumerate(places)]
+        calibrated = [_camera(f"c{n}", 900.0, x, y) for n, (x, y) in enumerate(places)]
         scene = Scene.with_object(block((4, 4, 0), (4.1, 4.1, 0.1)))
         offset = RigidTransform.from_components([shift, 0.0, 0.0], Rotation.identity())
-        rig = CeilingRig([displaced(hung[0], offset), *hung[1:]], scene, seed=1)
-        space = IntelligentSpace(hung, rig.mount)
+        rig = CeilingRig([displaced(calibrated[0], offset), *calibrated[1:]], scene, seed=1)
+        space = IntelligentSpace(calibrated, rig.mount)
         when, worst = None, 0.0
         for n in range(40):
             true = PlanarPose(-0.3 + 0.02 * n, 0.1, 0.02 * n)
@@ -217,7 +217,7 @@ def sizes() -> list[list[str]]:
             PlanarPose(rng.uniform(-reach, reach), rng.uniform(-reach, reach), rng.uniform(-3, 3))
             for _ in range(IMAGES)
         ]
-        # Minutes lie between the images, so that nothing is blurred by motion.
+        # The images are minutes apart, so that there is no motion blur.
         truths = [
             TrueState(1e3 * n, p.as_transform(), p.as_transform()) for n, p in enumerate(poses)
         ]
@@ -297,13 +297,13 @@ def _markdown(runs: dict[str, Any], parts: dict[str, list[list[str]]]) -> str:
             "Four cameras of 1280x960 pixels at 3 m, tag of 0.2 m at 0.3 m; blur of 0.7 px, noise "
             "of 2 grey levels, light that falls off by a third, vignetting, shutter of 8 ms.",
             table(head, rows),
-            f"Four images take {walls['median']:.0f} ms (95 %: {walls['p95']:.0f} ms) as the clock "
-            f"goes, beside whatever else the machine does (load below), and "
-            f"{works['median']:.0f} ms (95 %: {works['p95']:.0f} ms) of processor time: "
-            f"{1e3 / walls['median']:.0f} times a second so, {2e3 / works['median']:.0f} on two "
-            "cores that do nothing else, by the processor time.",
-            "Tags found, error of their place in pixels, and processor time an image (640x480), by "
-            "the tag's side and the detector's decimation:",
+            f"Four images take {walls['median']:.0f} ms (95 %: {walls['p95']:.0f} ms) of "
+            f"wall-clock time on the loaded machine (load below), and {works['median']:.0f} ms "
+            f"(95 %: {works['p95']:.0f} ms) of processor time. The rate is "
+            f"{1e3 / walls['median']:.0f} Hz; the processor time allows "
+            f"{2e3 / works['median']:.0f} Hz on two idle cores.",
+            "Tags found, error of their position in pixels, and processor time per image (640x480) "
+            "by the tag's side and the detector's decimation:",
             table(["side [px]", *(f"decimation {f:g}" for f in FACTORS)], parts["sizes"]),
             "Drop-outs: error of the bridged pose at their end, on a circle at 0.2 m/s:",
             table(["drop-out [s]", "RMSE [mm]", "max [mm]", "stated [mm]"], parts["gaps"]),

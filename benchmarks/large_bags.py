@@ -1,8 +1,8 @@
-"""Memory of `circumspect replay` as a bag grows: python -m benchmarks.large_bags
+"""Memory of `circumspect replay` by size of the bag: python -m benchmarks.large_bags
 
-A robot's recording is written again as a camera of many frames a second would have filled it: each
-depth image many times over, and a colour image of 1280 x 720 beside each. The replay takes the
-robot's own frames out of it, so that it must give the same answer for every size.
+A robot's recording is enlarged as if its camera had a high frame rate: each depth image is repeated
+many times, with a colour image of 1280 x 720 for each. The replay uses only the robot's original
+frames, so that the answer must be the same for every size.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ from circumspect.recording.ros_types import IMAGE, typestore
 DEPTH, COLOUR = "/camera/depth/image_raw", "/camera/aux/image_raw"
 COLOUR_SHAPE = (720, 1280, 3)
 INTERVAL_S = 2.0
-"""Between the small recording's frames, when the robot does not stand and look [s]."""
+"""Time between frames of the small recording while the robot drives [s]."""
 SPAN_S = 0.05
-"""Of each of its frames, all repetitions are within this time [s]."""
+"""Time that contains all repetitions of a frame [s]."""
 POLL_S = 0.05
 KINDS = ("mcap", "db3", "bag")
 
 
 def command(*words: object) -> list[str]:
-    """The command line, as a process of its own."""
+    """Words of a `circumspect` command in a process of its own."""
     return [sys.executable, "-m", "circumspect", *map(str, words)]
 
 
 def small_recording(folder: Path) -> Path:
-    """A robot's scan of a chair, a frame each two seconds."""
+    """A robot's scan of a chair with one frame every two seconds."""
     file = folder / "small.mcap"
     words = ("scan", "chair-100000", "--start", 40, "--seed", 5, "--record", file, "--json")
     more = ("--frame-interval", INTERVAL_S, "--out", folder / "scan")
@@ -53,13 +53,13 @@ def small_recording(folder: Path) -> Path:
     return file
 
 
-def grown(small: Path, gigabytes: float, kind: str, folder: Path) -> tuple[Path, int]:
-    """The same recording with so many bytes, and how many times each depth image is in it."""
+def enlarged(small: Path, gigabytes: float, kind: str, folder: Path) -> tuple[Path, int]:
+    """The recording enlarged to a size, and the number of repetitions of each depth image."""
     if kind == "bag":
-        source, times = grown(small, gigabytes, "mcap", folder)
+        source, times = enlarged(small, gigabytes, "mcap", folder)
         ros1 = get_typestore(Stores.ROS1_NOETIC)
-        bag, everything = folder / "large.bag", ((), (), (), ())
-        convert([source.parent], bag, "", 0, None, "", typestore(), ros1, *everything)
+        bag, filters = folder / "large.bag", ((), (), (), ())
+        convert([source.parent], bag, "", 0, None, "", typestore(), ros1, *filters)
         return bag, times
     plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
     store, at = typestore(), folder / kind
@@ -106,7 +106,7 @@ def delayed(image: Any, nanoseconds: int) -> Any:
 
 
 def replayed(bag: Path, every: int, out: Path) -> dict[str, Any]:
-    """Its prediction and the largest memory [MB]."""
+    """Prediction and peak memory [MB] of a replay."""
     words = command("replay", bag, "--every", every, "--out", out, "--json")
     with subprocess.Popen(
         words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
@@ -128,7 +128,7 @@ def replayed(bag: Path, every: int, out: Path) -> dict[str, Any]:
 
 
 def high_water_mb(process: int) -> float:
-    """The most memory that a process had so far, by Linux's own count; 0 where it has ended."""
+    """Peak memory of a process so far, as Linux reports it [MB]; 0 if it has ended."""
     try:
         lines = Path(f"/proc/{process}/status").read_text().splitlines()
     except OSError:
@@ -138,11 +138,11 @@ def high_water_mb(process: int) -> float:
 
 
 def main() -> int:
-    """Grow, replay, write."""
+    """Enlarge and replay the bags, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--gigabytes", type=float, default=20.0)
     parser.add_argument("--kinds", nargs="+", choices=KINDS, default=KINDS)
-    parser.add_argument("--scratch", type=Path, help="a folder with room for two such bags")
+    parser.add_argument("--scratch", type=Path, help="folder with space for two such bags")
     parser.add_argument("--out", type=Path, default=RESULTS)
     arguments = parser.parse_args()
     rows = []
@@ -153,7 +153,7 @@ def main() -> int:
             *((arguments.gigabytes, k) for k in arguments.kinds),
         ]:
             with tempfile.TemporaryDirectory(dir=scratch) as folder:
-                bag, times = grown(small, gigabytes, kind, Path(folder))
+                bag, times = enlarged(small, gigabytes, kind, Path(folder))
                 result = replayed(bag, times, Path(folder) / "run")
             rows.append({"kind": kind, "times": times, **result})
             print(rows[-1], file=sys.stderr)
@@ -165,8 +165,8 @@ def main() -> int:
         for row in rows
     ]  # fmt: skip
     text = (
-        "A robot's recording, each depth image so many times and with it a colour image of "
-        "1280 x 720; the whole command, which takes each frame once.\n\n"
+        "A robot's recording with repetitions of each depth image and a colour image of 1280 x 720 "
+        "for each. The memory is that of the whole command, which uses each frame once.\n\n"
         + table(["bag", "GB", "most memory [MB]", "answer"], cells)
     )
     line = f"python -m benchmarks.large_bags --gigabytes {arguments.gigabytes:g}"

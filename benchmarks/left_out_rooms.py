@@ -1,8 +1,9 @@
-"""How far the confidence of a classifier holds in rooms that it was not calibrated with.
+"""Confidence of a classifier in rooms that were left out of its calibration.
 
     python -m benchmarks.left_out_rooms --data ModelNet10 --catalogue MESHES.npz --real CROPS.npz
 
-Temperature, open set and bounds are fitted again without each room in turn, and applied to it.
+Temperature and bounds are fitted without each room in turn and applied to it. The open-set test is
+fitted without each file of real objects in turn.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from benchmarks.report import RESULTS, write_page
 from circumspect.classification import Classifier, GridSpec, OnnxClassifier
 from circumspect.classification.model_facts import ModelFacts
-from circumspect.cli.commands.calibrate import held_back_objects, scan_augmentation
+from circumspect.cli.commands.calibrate import calibration_objects, scan_augmentation
 from circumspect.datasets.labelled_crops import read_labelled_crops
 from circumspect.datasets.labelled_surfaces import OTHER
 from circumspect.evaluation.accuracy import area_under_curve
@@ -27,7 +28,7 @@ from circumspect.evaluation.held_back_scans import held_back_scans
 from circumspect.evaluation.markdown import table
 
 SCANS = 2
-"""Of each object that is held back."""
+"""Number of scans of each held-back object."""
 COMMAND = "python -m benchmarks.left_out_rooms --data ModelNet10 --catalogue MESHES.npz --real {}"
 
 
@@ -62,7 +63,7 @@ def simulated(
 ) -> tuple[Answers, Answers]:
     """Answers to held-back objects, with rays and without."""
     assert isinstance(classifier.input_spec, GridSpec)
-    sources = held_back_objects(classifier, data, catalogues)
+    sources = calibration_objects(classifier, data, catalogues)
     scans = held_back_scans(sources, scan_augmentation(classifier), classifier.input_spec, SCANS)
     return (
         Answers.of(classifier, scans.with_rays()),
@@ -73,7 +74,7 @@ def simulated(
 def real_objects(
     classifier: OnnxClassifier, paths: Sequence[Path]
 ) -> tuple[Answers, NDArray[np.str_], NDArray[np.str_]]:
-    """Answers to real objects, the file and the room of each."""
+    """Answers to real objects, with the file and the room of each object."""
     parts, sources, rooms = [], [], []
     for path in paths:
         crops = read_labelled_crops(path)
@@ -95,26 +96,26 @@ def measured(
     """Figures of the page.
 
     Args:
-        classifier: Whose answers these are.
-        seen: To simulated scans.
-        files: To the same without rays.
-        real: To n real objects.
-        sources: (n,) the file of each.
-        rooms: (n,) the room of each.
+        classifier: The classifier.
+        seen: Answers to simulated scans.
+        files: Answers to the same scans without rays.
+        real: Answers to n real objects.
+        sources: (n,) file of each object.
+        rooms: (n,) room of each object.
     """
-    confident, belongs = np.zeros(len(rooms), bool), np.zeros(len(rooms))
+    confident, in_distribution = np.zeros(len(rooms), bool), np.zeros(len(rooms))
     bounds = []
-    for left in _each(rooms):
+    for left in _masks(rooms):
         found = calibrate(classifier, seen, files, real.subset(~left))
         factor = found.temperature / classifier.temperature
         bounds.append(found.confidence.without_coverage)
         confident[left] = judged(real.subset(left), factor, found.open_set) >= bounds[-1]
-    for left in _each(sources):
+    for left in _masks(sources):
         others = real.subset(~left) if not left.all() else None
         found = calibrate(classifier, seen, files, others)
         if found.open_set is not None:
             part = real.subset(left)
-            belongs[left] = found.open_set.probability(part.other, part.distance)
+            in_distribution[left] = found.open_set.probability(part.other, part.distance)
     known, correct = real.labels != OTHER, real.correct(classifier.classes)
     return {
         "rooms": float(len(bounds)),
@@ -126,7 +127,7 @@ def measured(
         "confident_other": float((confident & ~known).sum()),
         "least_bound": min(bounds),
         "largest_bound": max(bounds),
-        "open_set": area_under_curve(belongs[known], belongs[~known]),
+        "open_set": area_under_curve(in_distribution[known], in_distribution[~known]),
     }
 
 
@@ -145,13 +146,13 @@ def page_text(found: dict[str, float]) -> str:
         ["area under the ROC curve, open set", f"{found['open_set']:.3f}"],
     ]
     return (
-        "The weights of the network never depend on real objects. The confidence does: here each "
-        "room is judged by a calibration without it, and the open set by one without its file.\n\n"
+        "The weights of the network do not depend on real objects, but the confidence does. Here "
+        "the calibration excludes the room of each object, and the open-set test its file.\n\n"
         + table(["figure", "value"], rows)
     )
 
 
-def _each(groups: NDArray[np.str_]) -> Iterator[NDArray[np.bool_]]:
+def _masks(groups: NDArray[np.str_]) -> Iterator[NDArray[np.bool_]]:
     """A mask for each group."""
     for group in np.unique(groups):
         yield groups == group

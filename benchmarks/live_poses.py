@@ -1,4 +1,4 @@
-"""Errors of poses when they were estimated, and whether they were called reliable and accurate."""
+"""Errors of live poses, and of those that are flagged as reliable or accurate."""
 
 from __future__ import annotations
 
@@ -12,37 +12,37 @@ from circumspect.geometry import Trajectory, se3
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.tracking import PoseEstimate
 
-SMALL_M = 0.01
-"""Smaller errors [m] are not counted in standard deviations: they mislead nobody."""
+MIN_ERROR_M = 0.01
+"""Smaller errors [m] are harmless and are not expressed in standard deviations."""
 
 
 class LivePoses:
-    """Keeps poses as they were estimated, before later corrections; a `PipelineObserver`."""
+    """Records poses before later corrections; a `PipelineObserver`."""
 
     def __init__(self) -> None:
         self.estimates: list[tuple[float, PoseEstimate | None]] = []
 
     def on_step(self, step: RecognitionStep) -> None:
-        """Keep the step's pose, or that it had none."""
+        """Record the pose of a step, or None."""
         self.estimates.append((step.stamp, step.pose))
 
     def on_end(self, result: RecognitionResult) -> None:
-        """Nothing more to keep."""
+        """Do nothing."""
 
 
-class Trust(NamedTuple):
-    """Errors of poses that may be used; None where there is no pose.
+class ReliabilityFigures(NamedTuple):
+    """Errors of reliable and accurate poses; None without such poses.
 
     Attributes:
         worst_reliable_m: Largest error [m] of a reliable pose.
-        worst_reliable_sigmas: Largest error of a reliable pose beyond `SMALL_M` in standard
+        worst_reliable_sigmas: Largest error of a reliable pose beyond `MIN_ERROR_M` in standard
             deviations along the error, by the covariance of the pose.
         reliable: Share of the frames with a reliable pose.
         worst_accurate_m, accurate: The same for accurate poses, see `PoseEstimate.accurate`.
-        nees_median: Of the normalised estimation error squared eᵀP⁻¹e over all poses. Where the
-            covariances P are right it is that of χ² with six degrees of freedom, 5.3 (Bar-Shalom,
-            Li and Kirubarajan, "Estimation with applications to tracking and navigation", 2001,
-            section 5.4); above it the covariances are too small, below too large.
+        nees_median: Median normalised estimation error squared eᵀP⁻¹e of all poses. For consistent
+            covariances P it is 5.3, the median of χ² with six degrees of freedom (Bar-Shalom, Li
+            and Kirubarajan, "Estimation with applications to tracking and navigation", 2001,
+            section 5.4). It is larger if the covariances are too small.
     """
 
     worst_reliable_m: float | None = None
@@ -53,11 +53,13 @@ class Trust(NamedTuple):
     accurate: float | None = None
 
 
-def trust(estimates: list[tuple[float, PoseEstimate | None]], truth: Trajectory) -> Trust:
-    """Compare from the first pose on, which defines the map."""
+def reliability_figures(
+    estimates: list[tuple[float, PoseEstimate | None]], truth: Trajectory
+) -> ReliabilityFigures:
+    """Compare poses with the truth; the first pose aligns the map with it."""
     posed = [(stamp, pose) for stamp, pose in estimates if pose is not None]
     if not posed:
-        return Trust()
+        return ReliabilityFigures()
     first, pose = posed[0]
     T_map_world = pose.T_map_camera * _at(truth, first).inv()
     reliable, accurate, sigmas, nees = [], [], [], []
@@ -72,9 +74,9 @@ def trust(estimates: list[tuple[float, PoseEstimate | None]], truth: Trajectory)
         if pose.covariance is None:
             continue
         nees.append(_squared(error, pose.covariance))
-        if pose.reliable and away > SMALL_M:
+        if pose.reliable and away > MIN_ERROR_M:
             sigmas.append(_in_sigmas(error[3:], pose.covariance[3:, 3:]))
-    return Trust(
+    return ReliabilityFigures(
         max(reliable, default=None),
         max(sigmas, default=None),
         len(reliable) / len(estimates),

@@ -1,10 +1,10 @@
-"""What a label can depend on: test objects whose likes in the training split bear another name.
+"""Test objects with near duplicates of another class in the training split.
 
     python -m benchmarks.lookalikes ModelNet10
 
-Each test object is laid over every training object, in every whole cell of azimuth; the largest
-overlap counts. Where one that is all but the same shape bears the wrong name that was given, the
-shape alone does not determine it: size, surroundings or use would have to.
+Each test object is compared with every training object at every yaw of whole azimuth cells; the
+largest overlap counts. If a near duplicate has the wrong label that was predicted, the shape alone
+does not determine the label. Size, surroundings or use would be needed.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def main() -> int:
     data: Path = given.data
     train, test = open_data_set(data, "train"), open_data_set(data, "test")
     if train.classes != test.classes:
-        sys.exit(f"{data}: its splits have other classes")
+        sys.exit(f"{data}: the classes of its splits differ")
     overlaps = np.stack(list(_overlaps_by_class(train, test)))
     write_page(
         "lookalikes", "Likes of the test objects in the training split", COMMAND,
@@ -56,11 +56,11 @@ def page_text(
     """The page's text and figures.
 
     Args:
-        overlaps: (n, c) of each test object the largest overlap with the training objects of each
+        overlaps: (n, c) largest overlap of each test object with the training objects of each
             class.
-        labels: (n,) true.
-        answers: (n,) given.
-        classes: Their names.
+        labels: (n,) true labels.
+        answers: (n,) predicted labels.
+        classes: Names of the c classes.
     """
     count, wrong, nearest = len(labels), answers != labels, overlaps.argmax(axis=1)
     true = overlaps[np.arange(count), labels] >= ALIKE
@@ -78,12 +78,12 @@ def page_text(
     mistaken = Counter((classes[labels[i]], classes[answers[i]]) for i in np.flatnonzero(wrong))
     pairs = [[a, b, str(often)] for (a, b), often in mistaken.most_common(PAIRS)]
     text = (
-        f"{count} test objects at 0°, named by `modelnet10`. A like is a training object "
-        f"that overlaps by {ALIKE:.0%} or more at some yaw of whole cells: that share of the "
-        "occupied cells of either lies on or beside those of the other.\n\n"
+        f"{count} test objects at 0°, classified by `modelnet10`. A like is a training object "
+        f"with an overlap of at least {ALIKE:.0%} at some yaw of whole cells: in both objects, "
+        "that share of the occupied cells lies on or beside occupied cells of the other.\n\n"
         + table(["answer", "objects", "like in the true class", "like in the class given",
                  "nearest is of the true class"], rows)
-        + f"\n\nThe name of the nearest training object alone is right for {by_nearest:.1%}.\n\n"
+        + f"\n\nThe class of the nearest training object is correct for {by_nearest:.1%}.\n\n"
         + table(["is", "is called", "objects"], pairs)
     )  # fmt: skip
     return text, {"nearest_is_right": by_nearest, **figures}
@@ -94,10 +94,10 @@ def _share(found: NDArray[np.bool_]) -> float:
 
 
 def _overlaps_by_class(train: ObjectSet, test: ObjectSet) -> Iterator[NDArray[np.float32]]:
-    """(c,) of each test object."""
-    shown = [occupied_and_beside(train, index) for index in range(len(train))]
-    cells = np.stack([occupied.ravel() for occupied, _ in shown])
-    beside = np.stack([near.ravel() for _, near in shown])
+    """(c,) largest overlaps of each test object."""
+    pairs = [occupied_and_beside(train, index) for index in range(len(train))]
+    cells = np.stack([occupied.ravel() for occupied, _ in pairs])
+    beside = np.stack([near.ravel() for _, near in pairs])
     counts, report = cells.sum(axis=1, keepdims=True), progress_report()
     for index in range(len(test)):
         occupied, near = (turned(one) for one in occupied_and_beside(test, index))

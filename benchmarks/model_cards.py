@@ -1,10 +1,10 @@
-"""The model cards of the documentation, made from the weights and from what was measured of them.
+"""Model cards of the documentation, from the weights and their measured figures.
 
 python -m benchmarks.model_cards            # writes docs/models/robot.md and modelnet10.md
-python -m benchmarks.model_cards --check    # says whether they are up to date
+python -m benchmarks.model_cards --check    # fails if they are not up to date
 
-The ONNX file gives classes, input and training; the card beside it the figures; and
-`benchmarks/model_texts/NAME.json` what no file says: use, limits, sources and their licences.
+The ONNX file provides classes, input and training, and the card beside it the figures. Use, limits,
+sources and their licences are in `benchmarks/model_texts/NAME.json`.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = ROOT / "docs" / "models"
 TEXTS = Path(__file__).parent / "model_texts"
 TO_ROOT = "../.."
-"""From the pages."""
+"""Path from the pages to the repository."""
 SETTINGS = ("setting", "value")
 """The columns of tables of settings."""
 
 
 @dataclass(frozen=True)
 class ModelText:
-    """What is written about a classifier by hand; no measured figure stands there.
+    """Handwritten text about a classifier, without measured figures.
 
     Attributes:
-        intended_use: What it is for, a paragraph each.
+        intended_use: Paragraphs on its use.
         properties: Further rows of the first table, by name.
         training_data: Rows with name, used, licence and source.
-        training: How it was trained, a line each.
-        commands: What trains and exports it.
-        figures: How the figures are to be read, a paragraph each.
-        limits: A line each.
+        training: Lines on its training.
+        commands: Commands that train and export it.
+        figures: Paragraphs that explain the figures.
+        limits: Lines on its limits.
         attributions: Works that the training data contains: rows with work, creator, licence and
             source.
     """
@@ -181,12 +181,12 @@ def _attributions(text: ModelText) -> list[str]:
 
 
 def _cells(rows: Sequence[dict[str, str]], head: Sequence[str]) -> list[list[str]]:
-    """The cells of a table; names of works and creators may hold its own sign."""
+    """The cells of a table; names of works and creators may contain its separator."""
     return [[row[name].replace("|", r"\|") for name in head] for row in rows]
 
 
 def _section(title: str, *parts: str) -> str:
-    """A section; nothing where it has no content."""
+    """A section; empty without content."""
     content = [part for part in parts if part]
     return "\n\n".join([f"## {title}", *content]) if content else ""
 

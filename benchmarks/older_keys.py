@@ -1,4 +1,4 @@
-"""Keys of results that older versions measured."""
+"""Current names of the keys in older records."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ OLDER = {
     "worst_sure_m": "worst_accurate_m",
     "sure": "accurate",
 }
-"""Older key of a record to that of today."""
+"""Older keys and their current names."""
 
 
-def with_todays_keys(record: Mapping[str, Any]) -> dict[str, Any]:
-    """A record with the keys of today."""
+def with_current_keys(record: Mapping[str, Any]) -> dict[str, Any]:
+    """A record with current keys."""
     return {OLDER.get(key, key): value for key, value in record.items()}

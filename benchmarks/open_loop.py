@@ -16,18 +16,18 @@ from circumspect.geometry import Trajectory, se3
 from circumspect.sensing import RgbdFrame
 
 MIN_ERROR_M = 0.01
-"""Smaller errors are not counted in standard deviations: they mislead nobody."""
+"""Smaller errors [m] are harmless and are not expressed in standard deviations."""
 RECOVERY_M, RECOVERY_FRAMES = 0.05, 20
-"""A tracker has recovered if its last poses are reliable and within this of the truth [m]."""
+"""A tracker has recovered if its last poses are reliable and within this error [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class TrackedPose:
-    """What a tracker returns for a frame.
+    """Result of a tracker for a frame.
 
     Attributes:
-        T_map_camera: (4, 4) the pose.
-        reliable: Whether the tracker calls it reliable.
+        T_map_camera: (4, 4) pose.
+        reliable: Whether the tracker flags it as reliable.
         covariance: (6, 6) [rad, m]; None if there is none.
     """
 
@@ -37,14 +37,14 @@ class TrackedPose:
 
 
 class OpenLoopTracker(Protocol):
-    """Anything that places frames."""
+    """Interface of a tracker."""
 
     def track(self, frame: RgbdFrame) -> TrackedPose:
-        """Place a frame."""
+        """Estimate the pose of a frame."""
         ...
 
     def finalise(self) -> NDArray[np.float64]:
-        """(n, 4, 4) all poses after the last correction."""
+        """Return (n, 4, 4) all poses after the last correction."""
         ...
 
 
@@ -85,8 +85,8 @@ def run_open_loop(
     """Track all frames and compare with the truth.
 
     Args:
-        tracker: A new one.
-        frames: In order.
+        tracker: A new tracker.
+        frames: Frames in order of time.
         truth: n true poses, in any frame.
     """
     tracked, spent = [], []
@@ -130,12 +130,12 @@ def _consistency(
 ) -> tuple[float | None, float | None]:
     """Largest error of a reliable pose in standard deviations, and the median NEES."""
     sigmas, nees = [], []
-    for pose, T, away, trusted in zip(tracked, true, errors, reliable, strict=True):
+    for pose, T, away, is_reliable in zip(tracked, true, errors, reliable, strict=True):
         if pose.covariance is None:
             continue
         error = se3.log(RigidTransform.from_matrix(np.linalg.inv(T) @ pose.T_map_camera))
         nees.append(float(error @ np.linalg.solve(pose.covariance, error)))
-        if trusted and away > MIN_ERROR_M:
+        if is_reliable and away > MIN_ERROR_M:
             shift = error[3:]
             sigma = float(np.sqrt(shift @ pose.covariance[3:, 3:] @ shift)) / away
             sigmas.append(away / sigma)

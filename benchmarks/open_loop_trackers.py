@@ -23,15 +23,15 @@ EXACT = 1e-8 * np.eye(6)
 SCALE_SIGMA = 0.05
 """Standard deviation of the odometry scale."""
 MEDIAN_DEPTH_M = 1.5
-"""For the distance between keyframes [m]."""
+"""Depth that scales the distance between keyframes [m]."""
 GICP_MAX_DEPTH_M = 2.5
-"""small_gicp, which has no model of the depth error, slips with farther points."""
+"""Maximum depth for small_gicp [m]; without a model of the depth error it drifts with more."""
 MIN_POINTS = 10
-"""Smaller scans have no normals [points]."""
+"""Minimum number of points of a scan with normals."""
 
 
 class OwnTracker:
-    """`Tracker`, whatever is patched in it."""
+    """The package's `Tracker`, with all active patches."""
 
     def __init__(self, settings: TrackingSettings) -> None:
         """Start without a map."""
@@ -52,7 +52,7 @@ class OwnTracker:
 
 
 class Baseline:
-    """A tracker without corrections that calls every pose reliable."""
+    """A tracker without corrections that flags every pose as reliable."""
 
     def __init__(self, settings: TrackingSettings) -> None:
         """Start without a map."""
@@ -73,16 +73,16 @@ class Baseline:
         return np.stack(self._live)
 
     def start(self, frame: RgbdFrame) -> TrackedPose:
-        """Place the first frame."""
+        """Estimate the pose of the first frame."""
         raise NotImplementedError
 
     def follow(self, before: RgbdFrame, frame: RgbdFrame) -> TrackedPose:
-        """Place any other frame, given the one before."""
+        """Estimate the pose of a later frame, given the previous one."""
         raise NotImplementedError
 
 
 class WheelsOnly(Baseline):
-    """Dead reckoning. The camera stays where it is while there is no odometry."""
+    """Dead reckoning; the pose is constant while there is no odometry."""
 
     def start(self, frame: RgbdFrame) -> TrackedPose:
         """See `Baseline.start`.
@@ -120,7 +120,7 @@ class GicpWithOdometry(Baseline):
 class KernelOnly(Baseline):
     """The registration kernel with the odometry prior; without odometry, constant velocity.
 
-    Frames far from all others in the map extend it. Nothing is rejected or corrected.
+    Frames far from all others in the map extend it. No pose is rejected or corrected.
     """
 
     def start(self, frame: RgbdFrame) -> TrackedPose:
@@ -170,7 +170,7 @@ class KernelOnly(Baseline):
 
 
 def first_pose(frame: RgbdFrame) -> RigidTransform:
-    """Where a map starts: at the frame's pose, by its odometry, or by its mount."""
+    """First pose of a map: the frame's pose, else its odometry, else its mount."""
     for pose in (frame.T_map_camera, frame.T_odom_camera, frame.T_base_camera):
         if pose is not None:
             return pose

@@ -1,7 +1,7 @@
-"""The docs' benchmark page, put together from the committed results.
+"""Benchmark page of the documentation, assembled from the committed results.
 
 python -m benchmarks.page            # writes docs/benchmarks.md
-python -m benchmarks.page --check    # says whether it is up to date
+python -m benchmarks.page --check    # fails if it is not up to date
 """
 
 from __future__ import annotations
@@ -22,12 +22,11 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "benchmarks.md"
 HEAD = """# Benchmarks
 
 `python -m benchmarks.page` makes this page from the tables in `benchmarks/results/`. Each section
-has the command that measured it; most name the machine. [Scans](scans.md) explains the figures of
-the scans and which classifier they are of, [real frames](real-frames.md) those of RedKitchen,
-[networks](networks.md) how the networks differ. "The shipped classifier" is
-[`modelnet10`](models/modelnet10.md). Among rivals at random yaw it has its eight
-[dithered](networks.md#dithered-grids) grids; among rivals at 0°, in robustness and for unknown
-objects it has four grids that were not dithered.
+gives its command, and most give the machine. [Scans](scans.md) explains the figures of the scans
+and their classifier, [real frames](real-frames.md) those of RedKitchen, and [networks](networks.md)
+the networks. "The shipped classifier" is [`modelnet10`](models/modelnet10.md). In the comparison at
+random yaw it uses its eight [dithered](networks.md#dithered-grids) grids. At 0°, in robustness and
+for unknown objects it uses four grids without dithering.
 """
 SECTIONS = (
     "grid_speed", "classifier_speed", "modelnet10_test", "cell_borders", "lookalikes", "few_points",
@@ -39,7 +38,7 @@ SECTIONS = (
     "gtsam_trial", "recording", "large_bags", "ros_wire", "dashboard", "intelligent_space",
     "training_speed", "augmentation_speed", "shard_formats", "scale",
 )  # fmt: skip
-"""Results in the order of the page; those that are not there yet are left out."""
+"""Results in the order of the page; missing results are left out."""
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)\)")
 
 
@@ -47,7 +46,7 @@ def page(results: Path) -> str:
     """The page's text."""
     parts = [HEAD]
     for name in SECTIONS:
-        # An experiment's whole folder is kept, its table among the figures that it names.
+        # An experiment has a folder with its table and the figures of the table.
         found = next(iter([*results.glob(f"{name}.md"), *results.glob(f"*/{name}.md")]), None)
         if found is not None:
             parts.append(_section(found))
@@ -57,7 +56,7 @@ def page(results: Path) -> str:
 
 
 def _section(found: Path) -> str:
-    """A result a level further down, its links seen from the docs."""
+    """A result with headings one level lower and links relative to the docs."""
 
     def from_docs(link: re.Match[str]) -> str:
         return f"]({os.path.relpath(found.parent / link[1], PAGE.parent)})"
@@ -70,7 +69,7 @@ def _section(found: Path) -> str:
 
 
 def _evaluated(folder: Path) -> str:
-    """What `circumspect evaluate` says of `modelnet10`."""
+    """Result of `circumspect evaluate` for `modelnet10`."""
     found: dict[str, Any] = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
     mean = sum(found["accuracy"]) / len(found["accuracy"])
     row = [

@@ -1,4 +1,4 @@
-"""What someone would take who has small_gicp alone: its own scan-to-model registration."""
+"""Baseline tracker: scan-to-model registration by small_gicp alone."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from circumspect.sensing import RgbdFrame
 
 VOXEL = 0.03
 """Side of the voxels [m] of a scan and of the model."""
-REACH = 0.1
-"""A point and its match lie no farther apart [m]."""
+MAX_CORRESPONDENCE_M = 0.1
+"""Maximum correspondence distance [m]."""
 THREADS = 2
-"""As many as a robot's computer of two cores has."""
+"""Number of threads, for a robot's computer with two cores."""
 HORIZON = 1_000_000
-"""So many frames a voxel stays that no scan meets: all of them, as in our map."""
+"""Frames that an unobserved voxel is kept for: all of them, as in the package's map."""
 
 
 @dataclass
 class PlainGicp:
-    """Voxelised GICP of each frame to all before it, as in small_gicp's example of odometry.
+    """Voxelised GICP of each frame to a map of all frames before, as in small_gicp's example.
 
-    The prediction is that of constant velocity. No registration is rejected, and no pose is
-    corrected later.
+    The prediction is constant velocity. No registration is rejected, and no pose is corrected
+    later.
 
     Attributes:
-        farthest: Depth beyond it is not used [m].
+        max_depth: Maximum depth [m].
         threads: Number of threads.
     """
 
-    farthest: float
+    max_depth: float
     threads: int = THREADS
     _model: small_gicp.GaussianVoxelMap = field(init=False)
     _last: NDArray[np.float64] | None = field(init=False, default=None)
@@ -46,23 +46,23 @@ class PlainGicp:
     def track(
         self, frame: RgbdFrame, T_before_now: NDArray[np.float64] | None = None
     ) -> RigidTransform:
-        """The frame's pose; of the first one its own is taken.
+        """The pose of a frame; the first frame must have a pose.
 
         Args:
             frame: The next frame.
             T_before_now: (4, 4) predicted motion since the last frame; None means the last motion.
         """
-        near = frame.valid & (frame.depth < self.farthest)
+        near = frame.valid & (frame.depth < self.max_depth)
         points_xyz = frame.camera.back_project(frame.depth, near)
         scan, _ = small_gicp.preprocess_points(points_xyz, VOXEL, num_threads=self.threads)
         if self._last is None:
             T_map_camera = frame.pose.as_matrix()
         else:
             guess = self._last @ (self._step if T_before_now is None else T_before_now)
-            # Of an empty scan small_gicp returns the identity.
+            # small_gicp returns the identity for an empty scan.
             T_map_camera = guess if scan.size() == 0 else small_gicp.align(
                 self._model, scan, guess,
-                max_correspondence_distance=REACH, num_threads=self.threads,
+                max_correspondence_distance=MAX_CORRESPONDENCE_M, num_threads=self.threads,
             ).T_target_source  # fmt: skip
             self._step = np.linalg.inv(self._last) @ T_map_camera
         self._model.insert(scan, T_map_camera)

@@ -1,7 +1,7 @@
-"""How good surfaces made of 1,024 points are: `python -m benchmarks.point_surfaces`.
+"""Accuracy of surfaces reconstructed from 1,024 points: `python -m benchmarks.point_surfaces`.
 
-Procedural furniture is sampled as the point packs are, rebuilt, and compared with itself in
-depth images from eight sides.
+Procedural furniture is sampled like the point packs, reconstructed, and compared with the original
+in depth images from eight sides.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from circumspect.simulation import Orbit, RayCaster, Scene, Surface, surface_fro
 
 COMMAND = "python -m benchmarks.point_surfaces"
 VARIANTS = 3
-SHOWN = ("chair", "sofa", "table")
+DRAWN = ("chair", "sofa", "table")
 CAMERA = PinholeCamera(160, 120, 142.6, 142.6, 79.5, 59.5)
-CLEARLY = 0.05
+SURFACE_GAP_M = 0.05
 """Depths that differ by more lie on different surfaces [m]."""
 
 
@@ -38,7 +38,7 @@ def main() -> int:
     rows, report = {}, progress_report()
     for index, category in enumerate(CATEGORIES):
         report(index, len(CATEGORIES), category)
-        found = [differences(*seen(category, seed)) for seed in range(VARIANTS)]
+        found = [differences(*depths_of_both(category, seed)) for seed in range(VARIANTS)]
         rows[category] = np.mean(found, axis=0).tolist()
     save_figure(drawn(), given.out / "point_surfaces.png")
     write_page(
@@ -48,12 +48,12 @@ def main() -> int:
     return 0
 
 
-def seen(category: str, seed: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Two times (8, height, width) depths [m]: of a piece, and of what is rebuilt from points."""
+def depths_of_both(category: str, seed: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Two (8, height, width) depths [m], of a piece and of its reconstruction from points."""
     true = make_furniture(category, seed)
     points = evenly_sampled(true, seed).astype(np.float64)
     rebuilt = surface_from_points(points, category)
-    # To the true piece's own size and place instead of the category's.
+    # Scaled to the size of the true piece instead of that of the category.
     scale = np.ptp(true.vertices_xyz, axis=0).max() / np.ptp(rebuilt.vertices_xyz, axis=0).max()
     rebuilt = TriangleMesh(rebuilt.vertices_xyz * scale, rebuilt.faces)
     return depths(true, true), depths(rebuilt, true)
@@ -63,26 +63,27 @@ def differences(true: NDArray[np.floating], rebuilt: NDArray[np.floating]) -> li
     """How two depths differ.
 
     Args:
-        true: (…) [m], infinite where there is nothing.
-        rebuilt: Likewise.
+        true: (…) depths of the object [m], infinite without a surface.
+        rebuilt: (…) depths of its reconstruction [m].
 
     Returns:
-        Shares of the object's pixels that go through the rebuilt surface, that miss it altogether
-        and that it lies before; median and 90th percentile of the others' errors [mm].
+        Three shares of the object's pixels: rays that pass through the reconstruction, those of
+        them that miss it, and those that hit it too early. Then median and 90th percentile of the
+        depth errors [mm].
     """
     hit, again = np.isfinite(true), np.isfinite(rebuilt)
     both = hit & again
     further = np.subtract(rebuilt, true, where=both, out=np.zeros(true.shape))
     missed = (hit & ~again).sum()
-    through = missed + (further > CLEARLY).sum()
-    before = (again & ~hit).sum() + (further < -CLEARLY).sum()
+    through = missed + (further > SURFACE_GAP_M).sum()
+    before = (again & ~hit).sum() + (further < -SURFACE_GAP_M).sum()
     shares = [float(count / hit.sum()) for count in (through, missed, before)]
     median, most = np.percentile(1000 * np.abs(further[both]), [50, 90])
     return [*shares, float(median), float(most)]
 
 
 def depths(mesh: TriangleMesh, circled: TriangleMesh) -> NDArray[np.float32]:
-    """(8, height, width) of a mesh without a floor, from the circle round another."""
+    """(8, height, width) depths of a mesh without a floor, from the orbit round another mesh."""
     orbit = Orbit.around(circled, PinholeCamera.xtion())
     caster = RayCaster(Scene((Surface("object", mesh),)))
     stations = (orbit.station(k * np.pi / 4 + 0.2) for k in range(8))
@@ -91,10 +92,12 @@ def depths(mesh: TriangleMesh, circled: TriangleMesh) -> NDArray[np.float32]:
 
 def drawn() -> Figure:
     """Depth images of some pieces beside those of their rebuilt surfaces."""
-    figure = Figure(figsize=(2.9 * len(SHOWN), 4.6), layout="constrained")
-    panels = figure.subplots(2, len(SHOWN))
-    for column, category in enumerate(SHOWN):
-        true, rebuilt = (np.where(np.isfinite(d[0]), d[0], np.nan) for d in seen(category, 0))
+    figure = Figure(figsize=(2.9 * len(DRAWN), 4.6), layout="constrained")
+    panels = figure.subplots(2, len(DRAWN))
+    for column, category in enumerate(DRAWN):
+        true, rebuilt = (
+            np.where(np.isfinite(d[0]), d[0], np.nan) for d in depths_of_both(category, 0)
+        )
         span = {"vmin": np.nanmin(true), "vmax": np.nanmax(true), "cmap": "viridis"}
         images = [
             panel.imshow(depth, **span)
@@ -117,11 +120,11 @@ def page_text(rows: dict[str, list[float]]) -> str:
     ]  # fmt: skip
     head = ["", "through", "of these missed", "before", "median [mm]", "90 % [mm]"]
     return (
-        f"Procedural furniture, {VARIANTS} pieces a category, sampled to 1,024 spread points as "
-        "ModelNet10's packs are, rebuilt, and compared with itself in depth images from eight "
-        "sides. Of the pixels on the object, through: the rebuilt surface lies more than "
-        f"{100 * CLEARLY:g} cm behind, or is missed altogether; before: as many lie before it, or "
-        "beside it. The errors are those of the pixels on both.\n\n"
+        f"Procedural furniture, {VARIANTS} pieces per category, sampled to 1,024 spread points "
+        "like ModelNet10's packs, reconstructed, and compared with the original in depth images "
+        "from eight sides. Columns, as shares of the object's pixels: through, the reconstruction "
+        f"is more than {100 * SURFACE_GAP_M:g} cm behind the object or missed; before, it is that "
+        "far in front of the object or beside it. The errors are those of the pixels on both.\n\n"
         + table(head, lines)
         + "\n\n![Depth images of furniture and of its rebuilt surfaces](point_surfaces.png)"
     )

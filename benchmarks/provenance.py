@@ -1,4 +1,4 @@
-"""Which program made a record, when and on what."""
+"""Provenance of records: commit, date and processor."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ NO_PROGRAM = (":(top,exclude)benchmarks/results", ":(top,exclude)docs")
 
 @cache
 def provenance() -> dict[str, str]:
-    """What goes into a record that takes long to make, as it may be older than its table.
+    """Provenance of a record, which may be older than its table.
 
-    It is looked up once a process, whose code stays what it was.
+    It is computed once per process, because the code of a process does not change.
 
     Returns:
-        "commit" of the repository that the benchmark is in, with "-dirty" where files differ from
+        "commit" of the repository that contains the benchmark, with "-dirty" if files differ from
         it; "date" (UTC); "processor".
     """
     return {
@@ -34,7 +34,7 @@ def provenance() -> dict[str, str]:
 
 
 def made_by(found: Iterable[dict[str, Any]]) -> str:
-    """A sentence about who made some records."""
+    """A sentence on the provenance of some records."""
     makers = Counter(_maker(record.get("made")) for record in found)
     if not makers:
         return "No records."
@@ -44,10 +44,10 @@ def made_by(found: Iterable[dict[str, Any]]) -> str:
 
 
 def commit_of(folder: Path) -> str:
-    """The working copy that a folder is in; `UNKNOWN` where it is in none."""
+    """Commit of the working copy that contains a folder; `UNKNOWN` without one."""
     try:
         commit = _git(folder, "rev-parse", "--short", "HEAD")
-        # What a benchmark writes and prints does not change what it measures.
+        # Results and documentation do not change what a benchmark measures.
         changed = _git(
             folder, "status", "--porcelain", "--untracked-files=no", "--", ":/", *NO_PROGRAM
         )

@@ -1,7 +1,7 @@
-"""Our readers beside trimesh's: `python -m benchmarks.readers`.
+"""Mesh readers compared with trimesh's: `python -m benchmarks.readers`.
 
-Prints the peak of memory while one mesh is read from each format, and what area each reads from
-variants of glTF that its specification allows.
+Prints the peak memory while a mesh is read from each format, and the area that each reader returns
+for variants of glTF that the specification allows.
 """
 
 from __future__ import annotations
@@ -76,12 +76,12 @@ def variant_table(folder: Path) -> str:
         path = folder / "a.gltf"
         path.write_text(json.dumps(header))
         found = [child(AREA.format(reader=reader), path) for reader in (OURS, TRIMESH)]
-        rows.append([name, "2" if name == "two instances" else "1", *map(shown, found)])
+        rows.append([name, "2" if name == "two instances" else "1", *map(area_text, found)])
     return table(["variant", "area", "ours", "trimesh"], rows)
 
 
 def variants(folder: Path) -> dict[str, dict[str, Any]]:
-    """Name to header; their buffers are within, but for one in a file."""
+    """Headers by name; all buffers are embedded except for one in a file."""
     (folder / "my square.bin").write_bytes(SQUARE.tobytes())
     triangles, fan = np.array([0, 1, 2, 0, 2, 3], np.uint32), np.arange(4, dtype=np.uint32)
     shares = np.rint(SQUARE * 65535).astype(np.uint16)
@@ -157,13 +157,13 @@ def wavy_mesh(side: int) -> Any:
 
 
 def child(program: str, path: Path) -> str:
-    """What a program prints about a file in a process of its own; empty where it fails."""
+    """Output of a program for a file, in a process of its own; empty if it fails."""
     words = [sys.executable, "-c", program, str(path)]
     return subprocess.run(words, capture_output=True, text=True, check=False).stdout.strip()
 
 
-def shown(area: str) -> str:
-    """An area, or that none was read."""
+def area_text(area: str) -> str:
+    """An area, or "fails"."""
     return f"{float(area):.4g}" if area else "fails"
 
 

@@ -1,10 +1,9 @@
 """Frames of simulated scans on disk, so that trackers can be compared on the same frames.
 
-    python -m benchmarks.recorded_scans            # records what is not there yet
+    python -m benchmarks.recorded_scans            # records missing scans
 
-A scan is driven with the tracker of this version; the frames are what its robot saw. A file holds
-depth (16-bit PNG), odometry, mount and the true pose of every frame. They lie in `runs/` and are
-not committed.
+The tracker of this version drives the robot. A file contains depth (16-bit PNG), odometry, mount
+and true pose of every frame of a scan. The files are in `runs/` and are not committed.
 """
 
 from __future__ import annotations
@@ -36,13 +35,13 @@ from circumspect.storage import atomic_open
 FOLDER = Path("runs") / "recorded_scans"
 KIDNAPPED = "robot kidnapped"
 OBJECTS = ("chair", "sofa", "night_stand")
-"""What the scans with faults are of."""
+"""Objects of the scans with faults."""
 TRACKED_FAULTS = (
     "blackout of 5 s", "odometry gone from the start", "odometry jumping", "odometry stuck",
     "robot blocked for 20 s", KIDNAPPED, "one wheel 2 % larger",
     "object from wall to wall",
 )  # fmt: skip
-"""Faults that a tracker has to deal with."""
+"""Faults that affect the tracker."""
 MAX_FRAMES = 400
 
 
@@ -51,9 +50,9 @@ class RecordedScan:
     """Frames without poses, and the truth.
 
     Attributes:
-        name: Of the file, without its ending.
-        frames: In order.
-        truth: n poses `T_world_camera`.
+        name: Name of the file without its suffix.
+        frames: Frames in order of time.
+        truth: n true poses `T_world_camera`.
     """
 
     name: str
@@ -62,10 +61,10 @@ class RecordedScan:
 
 
 class FrameRecorder(WrappedRobot):
-    """Keeps every frame with the pose at which the simulation took it."""
+    """Records every frame with its true pose."""
 
     def __init__(self, robot: MobileRobot, ground_truth: GroundTruthRecorder) -> None:
-        """Record what a robot sees; the witness knows where it is."""
+        """Record the frames of a robot with the poses of a ground-truth recorder."""
         super().__init__(robot)
         self.frames: list[tuple[RgbdFrame, NDArray[np.float64]]] = []
         self._ground_truth = ground_truth
@@ -139,9 +138,9 @@ def read(path: Path) -> RecordedScan:
 
 
 def jobs(each: int, each_fault: int, frames: int) -> list[FaultJob]:
-    """The furniture scans of `benchmarks.scans`, and so many objects with each fault.
+    """The furniture scans of `benchmarks.scans`, and `each_fault` objects with each fault.
 
-    Kidnappings are few and decide about relocalisation: always all objects.
+    All objects are scanned with a kidnapping, because these few scans evaluate relocalisation.
     """
     furniture = [FaultJob("none", replace(scan, frames=frames)) for scan in furniture_jobs(each)]
     faults = [
@@ -155,15 +154,15 @@ def jobs(each: int, each_fault: int, frames: int) -> list[FaultJob]:
 
 
 def main() -> int:
-    """Record what is not there yet."""
+    """Record missing scans."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--each", type=int, default=6, help="furniture scans a class")
-    parser.add_argument("--each-fault", type=int, default=len(OBJECTS), help="scans a fault")
-    parser.add_argument("--frames", type=int, default=MAX_FRAMES, help="at most so many a scan")
+    parser.add_argument("--each", type=int, default=6, help="furniture scans of each class")
+    parser.add_argument("--each-fault", type=int, default=len(OBJECTS), help="scans of each fault")
+    parser.add_argument("--frames", type=int, default=MAX_FRAMES, help="maximum frames of a scan")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     given = parser.parse_args()
-    asked = jobs(given.each, given.each_fault, given.frames)
-    run_all(asked, record, FOLDER / "recorded.jsonl", LocalPool(given.workers), progress_report())
+    wanted = jobs(given.each, given.each_fault, given.frames)
+    run_all(wanted, record, FOLDER / "recorded.jsonl", LocalPool(given.workers), progress_report())
     return 0
 
 

@@ -1,9 +1,9 @@
-"""What recording costs: size and time a frame, by the way depth is packed.
+"""Cost of recording: size and time of a frame, by compression of the depth image.
 
     python -m benchmarks.recording
 
-A simulated robot's frames (640 x 480, the Xtion's noise) are packed in several ways; all
-of them are lossless. Then one run is recorded and read as a whole.
+Frames of a simulated robot (640 x 480, the Xtion's noise) are compressed in several lossless ways.
+Then one run is recorded and read as a whole.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ FRAMES = 40
 
 
 def png(pixels: NDArray[np.uint16]) -> bytes:
-    """As `compressed_depth_image_transport` packs depth."""
-    held = io.BytesIO()
-    Image.fromarray(pixels).save(held, "PNG", compress_level=1)
-    return held.getvalue()
+    """PNG, as in `compressed_depth_image_transport`."""
+    stream = io.BytesIO()
+    Image.fromarray(pixels).save(stream, "PNG", compress_level=1)
+    return stream.getvalue()
 
 
 PACKERS: dict[str, Callable[[NDArray[np.uint16]], bytes]] = {
@@ -51,7 +51,7 @@ PACKERS: dict[str, Callable[[NDArray[np.uint16]], bytes]] = {
 }
 
 
-def seen(count: int) -> list[RgbdFrame]:
+def simulated_frames(count: int) -> list[RgbdFrame]:
     """Frames of a robot that drives round a chair."""
     parts = prepared(ScanJob("recording", "chair-100000", 0.0, 0, frame_interval=2.0, frames=count))
     found: list[RgbdFrame] = []
@@ -66,15 +66,16 @@ class FrameKeeper:
         self._scan, self._kept = scan, kept
 
     def on_step(self, step: RecognitionStep) -> None:  # noqa: ARG002
+        """Keep the latest frame."""
         if self._scan.frame is not None:
             self._kept.append(self._scan.frame)
 
     def on_end(self, result: RecognitionResult) -> None:
-        """Nothing more to keep."""
+        """Do nothing."""
 
 
 def packing(frames: list[RgbdFrame]) -> list[list[str]]:
-    """Size and time of each way."""
+    """Size and time of each compression."""
     pictures = [millimetres(frame.depth) for frame in frames]
     rows = []
     for name, pack in PACKERS.items():
@@ -88,7 +89,7 @@ def packing(frames: list[RgbdFrame]) -> list[list[str]]:
 
 
 def whole(frames: list[RgbdFrame]) -> list[list[str]]:
-    """Size and time a frame of a whole recording, written and read."""
+    """Size of a whole recording, and time to write and to read it, per frame."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
         recorder = RunRecorder(path, {})
@@ -111,7 +112,7 @@ def main() -> int:
     parser.add_argument("--frames", type=int, default=FRAMES)
     parser.add_argument("--out", type=Path, default=RESULTS)
     arguments = parser.parse_args()
-    frames = seen(arguments.frames)
+    frames = simulated_frames(arguments.frames)
     packed, run = packing(frames), whole(frames)
     heads = (
         ["depth of a frame", "kB, median", "ms, median"],

@@ -2,9 +2,9 @@
 
     python -m benchmarks.redkitchen DIR
 
-Only the first frame's pose is given; it says where the map lies. The others are compared with the
-estimates, live and after the last correction. Beside it small_gicp by itself, on the same frames:
-each is registered to the model of all before it.
+Only the pose of the first frame is given; it defines the map. The other recorded poses are compared
+with the estimates, live and after the last correction. small_gicp alone is a baseline on the same
+frames: it registers each frame to a map of all frames before.
 """
 
 from __future__ import annotations
@@ -39,18 +39,18 @@ from circumspect.tracking import PoseEstimate, Tracker
 FOLDER = Path(__file__).resolve().parents[2] / "shared" / "data" / "redkitchen"
 NAME = "redkitchen_registration"
 RANGES = {"small_gicp": DownsamplingSettings().max_depth, "small_gicp_all": float("inf")}
-"""What small_gicp is compared by, and up to which depth [m]: our own, and all of it."""
+"""Runs of small_gicp, with their maximum depth [m]: the package's limit, and no limit."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What came out of a recording.
+    """Results of a recording.
 
     Attributes:
         truth: The recorded poses.
-        estimates: What was estimated at each frame.
+        estimates: Live estimate of each frame.
         final: The same after all corrections.
-        milliseconds: (n,) time a frame, reading it left out.
+        milliseconds: (n,) time of each frame without reading it [ms].
     """
 
     truth: Trajectory
@@ -60,7 +60,7 @@ class Run:
 
     @property
     def live(self) -> Trajectory:
-        """The poses as they were estimated."""
+        """The live poses."""
         poses = RigidTransform.concatenate([pose.T_map_camera for pose in self.estimates])
         return Trajectory(self.truth.stamps, poses)
 
@@ -82,10 +82,10 @@ def run(folder: Path, every: int, frames: int | None) -> Run:
 
 
 def run_plain(
-    folder: Path, every: int, frames: int | None, farthest: float
+    folder: Path, every: int, frames: int | None, max_depth: float
 ) -> tuple[RigidTransform, np.ndarray]:
-    """The same by small_gicp alone: the poses, and the milliseconds that each took."""
-    poses, found, spent = PlainGicp(farthest), [], []
+    """Poses and times [ms] of small_gicp alone."""
+    poses, found, spent = PlainGicp(max_depth), [], []
     for frame in islice(open_recording(folder, every), frames):
         start = time.perf_counter()
         found.append(poses.track(frame))
@@ -94,11 +94,11 @@ def run_plain(
 
 
 def figures(result: Run, plain: Mapping[str, tuple[RigidTransform, np.ndarray]]) -> dict[str, Any]:
-    """All that is measured, in JSON types.
+    """All figures, in JSON types.
 
     Args:
-        result: By this package.
-        plain: The same frames by others: poses and milliseconds.
+        result: Result of this package.
+        plain: Poses and times [ms] of the baselines.
     """
     stamps = result.truth.stamps
     found = {
@@ -136,7 +136,7 @@ WORDS = {
 
 
 def rows(measured: Mapping[str, Any]) -> list[list[str]]:
-    """One for each kind of poses."""
+    """One row for each kind of poses."""
     lines = []
     for name, words in WORDS.items():
         absolute = TrajectoryError(**measured[name]["absolute"])
@@ -159,15 +159,15 @@ def main() -> int:
     parser.add_argument("--frames", type=int)
     parser.add_argument("--out", type=Path, default=RESULTS)
     arguments = parser.parse_args()
-    asked = arguments.folder, arguments.every, arguments.frames
-    plain = {name: run_plain(*asked, farthest) for name, farthest in RANGES.items()}
-    measured = figures(run(*asked), plain)
+    source = arguments.folder, arguments.every, arguments.frames
+    plain = {name: run_plain(*source, max_depth) for name, max_depth in RANGES.items()}
+    measured = figures(run(*source), plain)
     states = ", ".join(f"{state}: {count}" for state, count in measured["states"].items())
     text = (
         f"{table(HEAD, rows(measured))}\n\n{measured['frames']} frames; states {states}; load "
-        f"{os.getloadavg()[0]:.1f}. small_gicp: voxelised GICP to the model of all frames before, "
-        f"voxels of {100 * VOXEL:g} cm, constant velocity, {THREADS} threads; nothing is rejected, "
-        "and nothing is corrected later. Per frame: the error of the step from the frame before."
+        f"{os.getloadavg()[0]:.1f}. small_gicp: voxelised GICP to a map of all frames before, "
+        f"voxels of {100 * VOXEL:g} cm, constant velocity, {THREADS} threads. It rejects no "
+        "registration and corrects no pose. Per frame: relative pose error to the frame before."
     )
     title = "RedKitchen with hidden poses"
     write_page(NAME, title, "python -m benchmarks.redkitchen", text, measured, arguments.out)

@@ -1,7 +1,7 @@
-"""What two objects among real frames are called: `python -m benchmarks.redkitchen_answers DIR`.
+"""Answers to two objects in real frames: `python -m benchmarks.redkitchen_answers DIR`.
 
-`circumspect replay` names what lies in a box, with the recorded poses and with poses of our own.
-The boxes were found by hand, on a plan view of the fused frames.
+`circumspect replay` classifies the object in a box, with the recorded poses and with its own
+estimates. The boxes were chosen by hand on a plan view of the fused frames.
 """
 
 from __future__ import annotations
@@ -52,18 +52,18 @@ def main() -> int:
 
 
 def words(folder: Path, name: str, poses: str) -> list[str]:
-    """The command that names an object."""
+    """The command that classifies an object."""
     box = BOXES[name]
     return ["circumspect", "replay", str(folder), "--box", *box, "--poses", poses, "--json"]
 
 
 def replayed(folder: Path, name: str, poses: str) -> dict[str, Any]:
-    """What the command prints of an object, its times left out."""
+    """The command's result for an object, without times."""
     with tempfile.TemporaryDirectory() as out:
         command = [sys.executable, "-m", *words(folder, name, poses), "--out", out]
         done = subprocess.run(command, check=False, stdout=subprocess.PIPE, text=True)
     if done.returncode:
-        # It has said why.
+        # The command has printed the error.
         sys.exit(done.returncode)
     found = json.loads(done.stdout)
     kept = (
@@ -74,14 +74,14 @@ def replayed(folder: Path, name: str, poses: str) -> dict[str, Any]:
 
 
 def verdict(run: dict[str, Any]) -> str:
-    """Whether its answer may be acted on, or why not."""
+    """Whether the answer is confident, or the reason why not."""
     if run["confident"]:
         return "confident"
     return f"not confident: {run['reason']}"
 
 
 def row(run: dict[str, Any]) -> list[str]:
-    """Of the table."""
+    """Cells of a table row."""
     first, second = sorted(run["probabilities"].items(), key=lambda pair: -pair[1])[:2]
     return [
         run["object"],

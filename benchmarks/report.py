@@ -27,10 +27,10 @@ class Row:
 
     Attributes:
         name: What was timed.
-        median: Half of the repetitions were quicker.
-        p95: 95 % of them were.
-        minimum: The quickest, which says more on a machine that does other work.
-        repeats: How often.
+        median: Median of the repetitions.
+        p95: Their 95th percentile.
+        minimum: Their minimum, the most reliable figure on a busy machine.
+        repeats: Number of repetitions.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Row:
 
 
 def progress_report() -> Callable[[int, int, str], None]:
-    """Prints how many jobs are done, and an estimate, after each."""
+    """A callback that prints the number of finished jobs and the estimated time left."""
     start, before = time.monotonic(), []
 
     def report(done: int, total: int, key: str) -> None:
@@ -57,14 +57,14 @@ def progress_report() -> Callable[[int, int, str], None]:
 
 
 def timed(name: str, work: Callable[[], object], seconds: float = 1.0) -> Row:
-    """Repeat `work` for so long, 8 to 200 times, after a warm-up."""
+    """Repeat `work` for a time [s], 8 to 200 times, after a warm-up."""
     return timed_in_turn({name: work}, seconds)[0]
 
 
 def timed_in_turn(works: Mapping[str, Callable[[], object]], seconds: float = 1.0) -> list[Row]:
-    """Like `timed`, for works that are compared: each repetition runs all of them, one by one.
+    """Like `timed`, for a comparison: each repetition runs all functions, one after the other.
 
-    What else the machine does then slows all of them alike.
+    Other load on the machine then slows all of them equally.
     """
     for work in works.values():
         work()
@@ -85,7 +85,7 @@ def _row(name: str, times: Sequence[float]) -> Row:
 
 
 def machine() -> dict[str, str | int]:
-    """What the numbers depend on."""
+    """The machine and the versions that the numbers depend on."""
     versions = {package: metadata.version(package) for package in PACKAGES}
     return {
         "processor": processor(),
@@ -129,7 +129,7 @@ def write_page(
 
 
 def table(rows: Sequence[Row]) -> str:
-    """Fits 80 columns."""
+    """A table of at most 80 columns."""
     lines = [f"{'what':40} {'median ms':>9} {'p95 ms':>9} {'min ms':>9} {'repeats':>8}"]
     lines += [
         f"{row.name:40} {row.median:9.3f} {row.p95:9.3f} {row.minimum:9.3f} {row.repeats:8}"
@@ -139,7 +139,7 @@ def table(rows: Sequence[Row]) -> str:
 
 
 def processor() -> str:
-    """Its name, as the system reports it."""
+    """Name of the processor, as the system reports it."""
     try:
         return processor_in(Path("/proc/cpuinfo").read_text())
     except OSError:
@@ -147,7 +147,7 @@ def processor() -> str:
 
 
 def processor_in(cpuinfo: str) -> str:
-    """The name that Linux reports, with the family where the name has no number.
+    """The name that Linux reports, with the family if the name has no number.
 
     Rented machines often use one name for processors that differ in speed by a factor of two.
     """

@@ -1,10 +1,10 @@
-"""Depth images over the wire of ROS 2: what arrives, how late, and at what cost.
+"""Depth images over ROS 2: losses, delays and processor load.
 
     python -m benchmarks.ros_wire
 
-RustDDS (by the tests' peer, which shares no code with the node's DDS) publishes 640 x 480
-depth images at 30 Hz on this machine, best effort and reliable; the node receives them. First
-the wire alone, then with the pipeline working on 5 frames a second beside it. Needs cargo.
+RustDDS, in the tests' peer, publishes 640 x 480 depth images at 30 Hz on this machine, best effort
+and reliable; it shares no code with the node's DDS. The first runs only receive the images, the
+others also classify at 5 frames per second. Needs cargo.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ from circumspect.simulation import CameraMount, Orbit, Scene, SimulatedCamera
 ROOT = Path(__file__).resolve().parent.parent
 PEER, TARGET = ROOT / "tests" / "ros" / "peer", ROOT / "build" / "ros2-peer-optimised"
 OPTIMISED = "profile.dev.opt-level=1"
-"""The tests' peer is built as quickly as it can be; here the peer must not be what limits."""
+"""The tests build the peer without optimisation; here it must not limit the rate."""
 DEPTH = "/camera/depth/image_rect_raw"
 DOMAIN, RATE, STATIONS = 77, 30.0, 20
-MANNERS = (("best-effort", False), ("reliable", False), ("reliable", True))
-"""How the peer publishes, and whether the node asks for what went missing."""
+RELIABILITIES = (("best-effort", False), ("reliable", False), ("reliable", True))
+"""Reliability of the publisher, and whether the node requests lost samples."""
 HEADS = [
     "publisher",
     "node asks",
@@ -60,7 +60,7 @@ HEADS = [
     "gap [ms]",
     "cores",
 ]
-"""Lost: on the wire. Dropped: of those taken for the pipeline, which was busy. Gap: the largest."""
+"""Columns of the table; the text of the page explains them."""
 
 
 def built() -> Path:
@@ -75,11 +75,11 @@ def built() -> Path:
 
 
 def scene(path: Path) -> Path:
-    """What the peer publishes: a robot that drives round a chair; see the peer's scene.rs."""
+    """The file that the peer publishes: frames of an orbit of a chair; see the peer's scene.rs."""
     chair, camera = make_furniture("chair", 3), PinholeCamera.xtion()
-    way = Orbit.around(chair, camera, start=0.5)
-    mount = CameraMount.for_orbit(way).T_base_camera
-    world, stations = Scene.with_object(chair), way.stations(60)
+    orbit = Orbit.around(chair, camera, start=0.5)
+    mount = CameraMount.for_orbit(orbit).T_base_camera
+    world, stations = Scene.with_object(chair), orbit.stations(60)
     frames = SimulatedCamera(world, stations.__next__, camera, DepthNoise(), 0).frames(STATIONS)
     parts = [struct.pack("<4I", camera.width, camera.height, STATIONS, 16)]
     parts += [struct.pack("<4d", camera.fx, camera.fy, camera.cx, camera.cy)]
@@ -92,8 +92,8 @@ def scene(path: Path) -> Path:
     return path
 
 
-class Wire:
-    """The node's DDS without the node: counts what comes."""
+class DdsReceiver:
+    """The node's DDS without the node; counts received images."""
 
     def __init__(self, reliable: bool) -> None:
         self._times: list[float] = []
@@ -106,13 +106,13 @@ class Wire:
         assert deserialized(IMAGE, data).width == 640
 
     def end(self) -> tuple[int, int, str]:
-        """Images received and dropped, and the largest time between two."""
+        """Numbers of received and dropped images, and the largest time between two."""
         self._middleware.close()
         return len(self._times), 0, f"{1e3 * float(np.diff(self._times).max()):.0f}"
 
 
-class Naming:
-    """The whole node, at its usual rate."""
+class NodeReceiver:
+    """The whole node at its default rate."""
 
     def __init__(self, reliable: bool) -> None:
         middleware = DdsMiddleware(DdsSettings(DOMAIN, "LOCALHOST"), "/circumspect")
@@ -127,7 +127,7 @@ class Naming:
         self._worker.start()
 
     def end(self) -> tuple[int, int, str]:
-        """Images received, frames that gave way to newer ones; the times are not kept."""
+        """Numbers of received images and of dropped frames; times are not recorded."""
         self._over.set()
         self._worker.join()
         self._node.close()
@@ -135,12 +135,20 @@ class Naming:
 
 
 def measured(
-    program: Path, held: Path, manner: str, asks: bool, seconds: float, node: bool
+    program: Path, scene_file: Path, reliability: str, requests: bool, seconds: float, node: bool
 ) -> list[str]:
-    """One row: publish for so long, and count."""
-    receiver = Naming(asks) if node else Wire(asks)
+    """One row: publish for a time [s] and count the received images."""
+    receiver = NodeReceiver(requests) if node else DdsReceiver(requests)
     rounds = round(seconds * RATE / STATIONS)
-    words = [str(program), str(DOMAIN), "talk", str(held), str(RATE), manner, str(rounds)]
+    words = [
+        str(program),
+        str(DOMAIN),
+        "talk",
+        str(scene_file),
+        str(RATE),
+        reliability,
+        str(rounds),
+    ]
     before, start = time.process_time(), time.monotonic()
     done = subprocess.run(
         words, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True
@@ -150,8 +158,8 @@ def measured(
     received, dropped, gap = receiver.end()
     what = "names 5 frames/s" if node else "only receives"
     figures = (sent, received, sent - received, dropped)
-    asked = "--reliable" if asks else "best effort"
-    return [manner, asked, what, *(str(figure) for figure in figures), gap, f"{cores:.2f}"]
+    requested = "--reliable" if requests else "best effort"
+    return [reliability, requested, what, *(str(figure) for figure in figures), gap, f"{cores:.2f}"]
 
 
 def main() -> int:
@@ -163,19 +171,21 @@ def main() -> int:
     logging.disable(logging.WARNING)
     program, rows = built(), []
     with tempfile.TemporaryDirectory() as folder:
-        held = scene(Path(folder) / "scene.bin")
+        scene_file = scene(Path(folder) / "scene.bin")
         for node in (False, True):
-            for manner, asks in MANNERS:
-                rows.append(measured(program, held, manner, asks, arguments.seconds, node))
+            for reliability, requests in RELIABILITIES:
+                rows.append(
+                    measured(program, scene_file, reliability, requests, arguments.seconds, node)
+                )
                 print(rows[-1], file=sys.stderr)
     limit = Path("/proc/sys/net/core/rmem_max")
     more = {"net.core.rmem_max": limit.read_text().strip()} if limit.exists() else {}
     text = (
         f"640 x 480, 16UC1, {RATE:.0f} Hz for {arguments.seconds:.0f} s over loopback, from "
-        "RustDDS to Cyclone DDS. Lost: on the wire. "
-        "Dropped: frames that were taken for the pipeline and gave way to newer ones. Gap: the "
-        "largest between two images. Cores: of the node's process. Other work was going on on "
-        f"the machine (load {os.getloadavg()[0]:.0f}).\n\n{table(HEADS, rows)}"
+        "RustDDS to Cyclone DDS. Lost: never received. Dropped: received for the pipeline and "
+        "replaced by newer frames. Gap: the largest time between two images. Cores: used by the "
+        f"node's process. The load of the machine was {os.getloadavg()[0]:.0f}."
+        f"\n\n{table(HEADS, rows)}"
     )
     write_page(
         "ros_wire", "Depth over the wire of ROS 2", "python -m benchmarks.ros_wire", text,

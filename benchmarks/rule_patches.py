@@ -1,4 +1,4 @@
-"""Functions that are replaced by neutral versions, to measure what they are worth."""
+"""Patches that replace functions by neutral versions, for ablations."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Patch:
     Attributes:
         owner: The module or class.
         name: Its attribute.
-        neutral: What takes its place: a function, a property, or the value of a constant.
+        neutral: Its replacement: a function, a property, or the value of a constant.
         pure: Whether both may be called on the same arguments and their results be compared.
     """
 
@@ -31,12 +31,12 @@ class Patch:
 
 @dataclass(frozen=True)
 class Rule:
-    """A part of the tracker that decides whether a pose is right, or how certain it is.
+    """A part of the tracker that determines whether a pose is correct, or its uncertainty.
 
     Attributes:
-        name: In tables.
-        neutral: What happens without it.
-        patches: Switch it off.
+        name: Name in tables.
+        neutral: Effect of switching it off.
+        patches: Patches that switch it off.
     """
 
     name: str
@@ -55,10 +55,10 @@ def without(rules: Iterable[Rule]) -> ExitStack:
 
 @contextmanager
 def probed(rules: Sequence[Rule]) -> Iterator[set[str]]:
-    """A context in which the names of rules are collected that make a difference.
+    """A context that collects the names of the rules that make a difference.
 
     A rule makes none if its functions are not called, or if they are pure and their neutral
-    versions return the same at every call. A run without it is the same run.
+    versions return the same at every call. Then a run without the rule is identical.
     """
     active: set[str] = set()
     by_function: dict[tuple[Any, str], list[tuple[Rule, Patch]]] = defaultdict(list)
@@ -67,7 +67,7 @@ def probed(rules: Sequence[Rule]) -> Iterator[set[str]]:
             if callable(_function(one.owner, one.name)):
                 by_function[one.owner, one.name].append((rule, one))
             else:
-                active.add(rule.name)  # who reads a constant is not known
+                active.add(rule.name)  # reads of a constant are not observable
     with ExitStack() as stack:
         for (owner, name), probes in by_function.items():
             probe: Any = _probe(_function(owner, name), probes, active)
@@ -78,7 +78,7 @@ def probed(rules: Sequence[Rule]) -> Iterator[set[str]]:
 
 
 def _function(owner: Any, name: str) -> Any:
-    """What is called: of a property what reads it."""
+    """The function itself, or the getter of a property."""
     return _called(getattr(owner, name))
 
 

@@ -1,4 +1,4 @@
-"""The whole suite, as `make bench` runs it: one module after the other, on a quiet machine."""
+"""The whole suite, as `make bench` runs it: one module after the other, on an idle machine."""
 
 from __future__ import annotations
 

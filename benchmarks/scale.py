@@ -1,9 +1,9 @@
-"""Sets of scans and grids beyond one process: unit costs, workers, a lost node, memory.
+"""Scaling of sets of scans and grids: unit costs, workers, a lost node and memory.
 
     python -m benchmarks.scale                 # about half an hour on two cores
     python -m benchmarks.scale --part memory
 
-`docs/scale.md` says what follows for millions of objects.
+`docs/scale.md` extrapolates to millions of objects.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ from circumspect.training import TrainingSettings
 
 WORKERS = (1, 2, 4)
 OBJECTS = 2
-"""Of each class, each scanned once."""
+"""Objects of each class; each is scanned once."""
 SCANS = GatherSettings(
     ("bed", "chair", "sofa", "table"), OBJECTS, 0, (0.0,), (), frame_interval=3.0
 )
 VARIANTS = 4
-"""Of each object that is converted."""
+"""Variants of each converted object."""
 SET_SIZES = (10_000, 100_000, 1_000_000)
 BATCH = 64
 SHARD = 4096
@@ -66,7 +66,7 @@ def _timed(work: Callable[[], object]) -> float:
 
 
 def scans(folder: Path, given: argparse.Namespace) -> dict[str, Any]:
-    """Seconds a scan with several workers, and the processor time of one."""
+    """Seconds per scan with several workers, and the processor time of a scan."""
     del given
     objects, rows = objects_for(SCANS), []
     for workers in WORKERS:
@@ -84,18 +84,20 @@ def scans(folder: Path, given: argparse.Namespace) -> dict[str, Any]:
 
 
 def conversion(folder: Path, given: argparse.Namespace) -> dict[str, Any]:
-    """Variants a second with several workers, and their size."""
-    meant = TrainingSettings(**{**net_spec("planes").training, "net": "planes"})
+    """Variants per second with several workers, and their size."""
+    settings = TrainingSettings(**{**net_spec("planes").training, "net": "planes"})
     input_spec = net_spec("planes").input_spec
     assert isinstance(input_spec, GridSpec)
-    how = ConversionSettings(input_spec, meant.changes(input_spec.margin), VARIANTS, 1024)
+    conversion_settings = ConversionSettings(
+        input_spec, settings.changes(input_spec.margin), VARIANTS, 1024
+    )
     rows = []
     for workers in WORKERS:
         at = folder / f"shards-{workers}"
         counts: dict[str, int] = {}
         seconds = _timed(
             lambda at=at, workers=workers, counts=counts: counts.update(
-                convert(given.data, str(at), how, LocalPool(workers))
+                convert(given.data, str(at), conversion_settings, LocalPool(workers))
             )
         )
         total = sum(counts[split] for split in ("train", "validation", "test"))
@@ -107,17 +109,19 @@ def conversion(folder: Path, given: argparse.Namespace) -> dict[str, Any]:
 
 
 def training(folder: Path, given: argparse.Namespace) -> dict[str, Any]:
-    """Samples a second that `planes` trains on from shards, with one process and with two."""
+    """Training samples per second of `planes` from shards, with one process and with two."""
     shards = folder / "training"
-    meant = TrainingSettings(**{**net_spec("planes").training, "net": "planes"})
+    settings = TrainingSettings(**{**net_spec("planes").training, "net": "planes"})
     input_spec = net_spec("planes").input_spec
     assert isinstance(input_spec, GridSpec)
-    how = ConversionSettings(input_spec, meant.changes(input_spec.margin), 1, 512)
-    convert(given.data, str(shards), how, LocalPool(os.cpu_count() or 1))
-    with ShardedSet.read(shards, "train") as held:
-        batches = held.batches(BATCH, 0)
-        seconds = _timed(lambda: [held.unpacked(rows) for rows in batches])
-        read = held.steps(BATCH) * BATCH / seconds
+    conversion_settings = ConversionSettings(
+        input_spec, settings.changes(input_spec.margin), 1, 512
+    )
+    convert(given.data, str(shards), conversion_settings, LocalPool(os.cpu_count() or 1))
+    with ShardedSet.read(shards, "train") as sharded_set:
+        batches = sharded_set.batches(BATCH, 0)
+        seconds = _timed(lambda: [sharded_set.unpacked(rows) for rows in batches])
+        read = sharded_set.steps(BATCH) * BATCH / seconds
     rows = []
     for processes in (1, 2):
         out = folder / f"run-{processes}"
@@ -129,11 +133,11 @@ def training(folder: Path, given: argparse.Namespace) -> dict[str, Any]:
         threads = str(max(1, (os.cpu_count() or 1) // processes))
         environment = {**os.environ, "OMP_NUM_THREADS": threads}
         subprocess.run(words, check=True, env=environment, capture_output=True)
-        # The first epoch includes what is set up once.
+        # The first epoch includes one-time setup.
         _, last = (out / "epochs.csv").read_text().splitlines()[1:]
         named = dict(zip((out / "epochs.csv").read_text().split("\n")[0].split(","),
                          last.split(","), strict=True))  # fmt: skip
-        samples = held.steps(BATCH, processes) * BATCH
+        samples = sharded_set.steps(BATCH, processes) * BATCH
         rows.append({
             "processes": processes, "a_second": samples / float(named["seconds"]),
             "loss": float(named["loss"]),
@@ -265,7 +269,7 @@ def _text(found: dict[str, Any]) -> str:
     head = ["workers", "seconds a scan", "speed-up", "grids converted a second", "speed-up"]
     return (
         f"A scan of furniture has {first['frames']:.0f} frames at one every "
-        f"{SCANS.frame_interval:g} s, takes {first['processor_s']:.1f} s of one core, and leaves "
+        f"{SCANS.frame_interval:g} s, takes {first['processor_s']:.1f} s of one core, and writes "
         f"{first['bytes'] / 1e6:.2f} MB. A converted grid takes "
         f"{made['rows'][0]['bytes']:.0f} bytes.\n\n{table(head, workers)}\n\n"
         f"From shards a process reads {learnt['read_a_second']:,.0f} grids a second; `planes` is "
@@ -273,7 +277,7 @@ def _text(found: dict[str, Any]) -> str:
         + table(["processes", "samples a second", "loss of the second epoch"], processes)
         + f"\n\nA Ray cluster on this machine ({lost['begun_with']}) lost a node after "
         f"{LOST_AFTER} scans and ended with {lost['ended_with']}: {lost['there']} of "
-        f"{lost['asked']} scans are there, {lost['twice']} twice, and `data verify` finds the set "
+        f"{lost['asked']} scans exist, {lost['twice']} twice, and `data verify` finds the set "
         f"{'complete' if lost['complete'] else 'incomplete'}.\n\n"
         "Memory of a process that streams an epoch of synthetic grids:\n\n"
         + table(["grids", "before [MB]", "shards open [MB]", "peak [MB]", "grids a second"], sizes)
@@ -281,7 +285,7 @@ def _text(found: dict[str, Any]) -> str:
 
 
 def main() -> int:
-    """Measure what is not there yet, and write the page once all parts are."""
+    """Measure the parts, and write the page when all parts have results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=DATA)
     parser.add_argument("--part", choices=PARTS)

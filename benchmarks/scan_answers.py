@@ -1,10 +1,10 @@
-"""What a classifier answers during simulated scans, at a quarter to all of the coverage.
+"""Answers of classifiers during simulated scans, by coverage.
 
     python -m benchmarks.scan_answers --gather --snapshots DIR   # scans 140 objects; hours
-    python -m benchmarks.scan_answers --snapshots DIR            # asks the classifiers; minutes
+    python -m benchmarks.scan_answers --snapshots DIR            # runs the classifiers; minutes
 
 Sixty pieces of furniture and eighty test objects of ModelNet10 are scanned once each. The scans are
-kept, so that every classifier is asked about the same ones.
+stored, so that all classifiers get the same scans.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ PLACES = (*(f"{share:g}" for share in SHARES), "end")
 
 
 def main() -> int:
-    """Gather the scans, or ask a classifier about them."""
+    """Gather the scans and run classifiers on them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--gather", action="store_true", help="scan what is not there yet")
+    parser.add_argument("--gather", action="store_true", help="run missing scans")
     parser.add_argument("--snapshots", type=Path, required=True, help="folder of the scans")
     parser.add_argument(
         "--models", nargs="+", default=["robot", "modelnet10"], help="names or files of classifiers"
@@ -64,7 +64,7 @@ def jobs(data: Path) -> list[ScanJob]:
     every = argparse.Namespace(each=6, objects=OBJECTS, frame_interval=2.0, data=data)
     furniture = scans.jobs("furniture", every)
     starts = len(scans.STARTS_DEG)
-    # Each from a start of its own, so that all eight are met.
+    # The starts alternate, so that all eight occur.
     return furniture + [
         job
         for number, job in enumerate(scans.jobs("modelnet", every))
@@ -78,9 +78,9 @@ def answers(
     """A row for each scan and place.
 
     Args:
-        classifier: Any of grids.
-        found: The records of the scans.
-        folder: Of their snapshots.
+        classifier: A classifier of grids.
+        found: Records of the scans.
+        folder: Folder of their snapshots.
     """
     rows = []
     for record in found:
@@ -92,7 +92,7 @@ def answers(
                 if f"points_{place}" not in kept:
                     continue
                 coverage = float(kept[f"coverage_{place}"][0])
-                answer = asked(
+                answer = classified_model(
                     classifier,
                     PointCloud(
                         kept[f"points_{place}"].astype(np.float64), areas=kept[f"areas_{place}"]
@@ -110,14 +110,14 @@ def answers(
     return rows
 
 
-def asked(
+def classified_model(
     classifier: OnnxClassifier,
     cloud: PointCloud,
     origins_xyz: np.ndarray,
     ends_xyz: np.ndarray,
     coverage: float,
 ) -> Prediction:
-    """The answer to a model, as the pipeline asks."""
+    """Classify a model with its rays, as the pipeline does."""
     input_spec = classifier.input_spec
     views = []
     for grid in input_spec.all_bounds(input_spec.bounds(cloud)):
@@ -130,7 +130,7 @@ def asked(
 
 
 def write(found: dict[str, list[dict[str, Any]]], command: str, out: Path) -> None:
-    """The table and the rows, by classifier."""
+    """Write the table and the rows of each classifier."""
     lines = [
         [name, suite, *line]
         for name, suite in product(found, ("furniture", "modelnet", "all"))
@@ -140,8 +140,8 @@ def write(found: dict[str, list[dict[str, Any]]], command: str, out: Path) -> No
         "classifier", "scans", "coverage", "objects", "accuracy", "confident", "of these wrong",
     ]  # fmt: skip
     text = (
-        "Furniture: procedural pieces, a frame each 0.5 s. ModelNet: test objects, a frame each "
-        "2 s. At each coverage the first frame that reaches it; end: all grids of the whole "
+        "Furniture: procedural pieces, a frame every 0.5 s. ModelNet: test objects, a frame "
+        "every 2 s. Each coverage: the first frame that reaches it. End: all grids of the complete "
         f"model.\n\n{table(head, lines)}"
     )
     write_page(
@@ -154,11 +154,11 @@ def _lines(rows: list[dict[str, Any]]) -> Iterator[list[str]]:
     for place in PLACES:
         of = [row for row in rows if row["place"] == place]
         if of:
-            right = [row["label"] == row["true_label"] for row in of]
-            sure = [ok for ok, row in zip(right, of, strict=True) if row["confident"]]
+            correct = [row["label"] == row["true_label"] for row in of]
+            confident = [ok for ok, row in zip(correct, of, strict=True) if row["confident"]]
             share = "end" if place == "end" else f"{100 * float(place):.0f} %"
-            accuracy = f"{np.mean(right):.3f}"
-            yield [share, str(len(of)), accuracy, str(len(sure)), str(sure.count(False))]
+            accuracy = f"{np.mean(correct):.3f}"
+            yield [share, str(len(of)), accuracy, str(len(confident)), str(confident.count(False))]
 
 
 if __name__ == "__main__":

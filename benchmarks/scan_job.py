@@ -1,4 +1,4 @@
-"""One simulated scan of the suite, and all that is measured of it."""
+"""One simulated scan of the suite, and its figures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.live_poses import LivePoses, trust
+from benchmarks.live_poses import LivePoses, reliability_figures
 from benchmarks.provenance import provenance
 from circumspect.classification import Classifier
 from circumspect.classification.shipped import DEFAULT
@@ -41,19 +41,19 @@ ROOM = RoomSettings(slip=SLIP)
 
 @dataclass(frozen=True)
 class ScanJob:
-    """What is scanned, and how.
+    """Object and settings of a scan.
 
     Attributes:
         suite: The table that the scan belongs to.
-        object: As `circumspect scan` takes it.
+        object: Name of the object, as for `circumspect scan`.
         start_deg: Azimuth of the start.
-        seed: Of room, slip and noise.
+        seed: Seed of room, slip and noise.
         planner: One of `PLANNERS`.
-        frame_interval: [s].
-        frames: At most so many.
-        data: Folder of the point packs, where the object is one of theirs.
-        detailed: Keep the time of every stage of every frame; the network has all cores.
-        shape: Compare the model with the true surface, which costs half as much as the scan.
+        frame_interval: Time between frames [s].
+        frames: Maximum number of frames.
+        data: Folder of the point packs, for their objects.
+        detailed: Record the time of every stage of every frame; the network uses all cores.
+        shape: Compare the model with the true surface, which takes half as long as the scan.
     """
 
     suite: str
@@ -69,7 +69,7 @@ class ScanJob:
 
     @property
     def key(self) -> str:
-        """Identifies it among all others."""
+        """Unique name."""
         what = f"{self.suite}/{self.object}/{self.start_deg:g}/{self.seed}/{self.planner}"
         return f"{what}/{self.frame_interval:g}/{self.frames}"
 
@@ -78,27 +78,27 @@ def prepared(
     job: ScanJob, planner: ViewPlanner | None = None, world: RoomSettings = ROOM
 ) -> SimulatedScan:
     """The scan of a job, ready to run."""
-    thing = scanned_object(job.object, 0, data=None if job.data is None else Path(job.data))
+    scanned = scanned_object(job.object, 0, data=None if job.data is None else Path(job.data))
     config = {
-        "object": thing.name, "true_label": thing.label, "truth": thing.label, "seed": job.seed,
-        "start_deg": job.start_deg, "planner": job.planner,
+        "object": scanned.name, "true_label": scanned.label, "truth": scanned.label,
+        "seed": job.seed, "start_deg": job.start_deg, "planner": job.planner,
     }  # fmt: skip
     driving = ScanSettings(frame_interval=job.frame_interval, max_frames=job.frames)
     return SimulatedScan.prepared(
-        thing.mesh, world, driving, planner or PLANNERS[job.planner](),
-        # Where times count nothing else runs, and the network has all cores, as a user's does.
+        scanned.mesh, world, driving, planner or PLANNERS[job.planner](),
+        # For timing, nothing else runs, and the network uses all cores, as by default.
         Classifier.load(threads=0 if job.detailed else 1), config,
     )  # fmt: skip
 
 
 def run_job(job: ScanJob) -> dict[str, Any]:
-    """Scan and measure; a known fault becomes part of the record.
+    """Run and evaluate a scan; a known error becomes part of the record.
 
     Returns:
-        JSON types: the job, its key, and what came of it.
+        JSON types: the job, its key and its figures.
     """
     head = {"key": job.key, "made": provenance(), "model": DEFAULT, **asdict(job)}
-    # Where the data lie is this machine's own affair.
+    # The folder of the data depends on the machine.
     del head["data"]
     try:
         parts = prepared(job)
@@ -116,7 +116,7 @@ def run_job(job: ScanJob) -> dict[str, Any]:
         "distance_m": parts.scan.driven_m,
         **settled(result, log),
         **error.summary(),
-        **trust(live.estimates, parts.ground_truth.trajectory)._asdict(),
+        **reliability_figures(live.estimates, parts.ground_truth.trajectory)._asdict(),
         "missing": list(error.missing),
         "views": dict(Counter(record.reason for record in parts.scan.views)),
         "milliseconds": stage_times(result.steps, plan),
@@ -127,7 +127,7 @@ def run_job(job: ScanJob) -> dict[str, Any]:
 def measured(
     parts: SimulatedScan, result: RecognitionResult, log: RunPathLog, shape: bool = True
 ) -> ScanError:
-    """The scan against the truth."""
+    """Errors of the scan compared with the truth."""
     return scan_error(
         parts.ground_truth.trajectory, camera_path(result), log.odometry,
         result.points_xyz if shape else None, parts.room.scene, parts.camera,
@@ -135,7 +135,7 @@ def measured(
 
 
 def answer_figures(result: RecognitionResult) -> dict[str, Any]:
-    """What the pipeline says."""
+    """Figures of the pipeline's answer."""
     prediction, last = result.prediction, result.last
     states = Counter(step.pose.state for step in result.steps if step.pose is not None)
     return {
@@ -151,7 +151,7 @@ def answer_figures(result: RecognitionResult) -> dict[str, Any]:
 
 
 def settled(result: RecognitionResult, log: RunPathLog) -> dict[str, float | None]:
-    """Where the final answer stood for good: after it the label changed no more."""
+    """Distance [m] and frame from which on the label did not change."""
     labels = [None if s.prediction is None else s.prediction.label for s in result.steps]
     driven = log.run_path(result).driven_by(np.array([step.stamp for step in result.steps]))
     if not labels or labels[-1] is None or driven is None:

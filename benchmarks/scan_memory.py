@@ -1,6 +1,6 @@
-"""Memory over a long scan: `python -m benchmarks.scan_memory` drives on for 30 minutes.
+"""Memory during a long scan: `python -m benchmarks.scan_memory` drives for 30 minutes.
 
-The robot goes round and round one object and never finds that it has seen enough.
+The robot circles one object and never finishes the scan.
 """
 
 from __future__ import annotations
@@ -15,33 +15,33 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.asked import command_with
 from benchmarks.report import RESULTS, write_page
 from benchmarks.scan_job import ScanJob, prepared
+from benchmarks.selection import command_with_flags
 from circumspect.evaluation.markdown import table
 from circumspect.planning import CirclePlanner, Finished, NextView, PlannerInput, ViewPlanner
 from circumspect.recognition import RecognitionResult, RecognitionStep
 from circumspect.tracking import Tracker
 
 PAGE = os.sysconf("SC_PAGE_SIZE")
-TELL_EVERY_S = 120.0
-"""Robot's time between two rows [s]."""
+SAMPLE_INTERVAL_S = 120.0
+"""Robot's time between two samples [s]."""
 SETTINGS = ("minutes", "object")
-"""Flags that say what is driven."""
+"""Flags that determine the scan."""
 
 
 @dataclass(frozen=True)
 class RestlessPlanner(ViewPlanner):
-    """Drives round the object for ever."""
+    """Circles the object without end."""
 
     circle: CirclePlanner = field(default_factory=CirclePlanner)
 
     def next_view(self, planner_input: PlannerInput) -> NextView | Finished:
-        """A circle planner that forgets where it was."""
+        """The next view of a circle planner without past poses."""
         return self.circle.next_view(replace(planner_input, visited=planner_input.visited[-1:]))
 
     def check_finished(self, planner_input: PlannerInput) -> Finished | None:  # noqa: ARG002
-        """Never."""
+        """Never finish."""
         return None
 
 
@@ -50,11 +50,11 @@ class Sample:
     """Memory and speed at a moment.
 
     Attributes:
-        frames: So far.
+        frames: Number of frames so far.
         stamp: Robot's time [s].
-        keyframes: That the map is made of.
+        keyframes: Number of keyframes of the map.
         resident_mb: Memory of the process.
-        frame_ms: Median time a frame since the sample before.
+        frame_ms: Median time of a frame since the previous sample.
     """
 
     frames: int
@@ -68,18 +68,24 @@ class MemoryWatch:
     """Takes samples; a `PipelineObserver`."""
 
     def __init__(self, keyframes: Callable[[], int]) -> None:
-        """Count keyframes by what is given."""
+        """Start without samples.
+
+        Args:
+            keyframes: Returns the number of keyframes.
+        """
         self._keyframes = keyframes
         self.samples: list[Sample] = []
         self._spent: list[float] = []
 
     def on_step(self, step: RecognitionStep) -> None:
+        """Take a sample if one is due."""
         self._spent.append(sum(step.milliseconds.values()))
-        last = self.samples[-1].stamp if self.samples else -TELL_EVERY_S
-        if step.stamp - last >= TELL_EVERY_S:
+        last = self.samples[-1].stamp if self.samples else -SAMPLE_INTERVAL_S
+        if step.stamp - last >= SAMPLE_INTERVAL_S:
             self._take(step)
 
     def on_end(self, result: RecognitionResult) -> None:
+        """Take a last sample."""
         if result.last is not None:
             self._take(result.last)
 
@@ -92,14 +98,14 @@ class MemoryWatch:
 
 
 def resident_mb() -> float:
-    """Resident memory of this process, by Linux's own count."""
+    """Resident memory of this process, as Linux reports it [MB]."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * PAGE / 1e6
 
 
 def main() -> int:
-    """Drive, sample, write."""
-    arguments, usual = _parser().parse_args(), _parser().parse_args([])
+    """Run the scan and write the samples."""
+    arguments, defaults = _parser().parse_args(), _parser().parse_args([])
     job = ScanJob("memory", arguments.object, 0.0, 0, frames=round(arguments.minutes * 60 / 0.5))
     parts = prepared(job, RestlessPlanner())
     tracker = parts.pipeline.tracker.estimator
@@ -113,11 +119,12 @@ def main() -> int:
         for s in watch.samples
     ]  # fmt: skip
     text = (
-        f"Round and round {arguments.object}, a frame each 0.5 s of the robot's time.\n\n"
+        f"Circles round {arguments.object}, a frame every 0.5 s of the robot's time.\n\n"
         + table(["minutes", "frames", "keyframes", "resident [MB]", "frame [ms], median"], rows)
-        + f"\n\nIt ended: {parts.scan.ended}. {(time.monotonic() - start) / 60:.0f} min of work."
+        + f"\n\nEnd reason: {parts.scan.ended}. Computing took "
+        f"{(time.monotonic() - start) / 60:.0f} min."
     )
-    command = command_with("python -m benchmarks.scan_memory", arguments, usual, SETTINGS)
+    command = command_with_flags("python -m benchmarks.scan_memory", arguments, defaults, SETTINGS)
     measured = {"samples": [vars(sample) for sample in watch.samples]}
     write_page("scan_memory", "Memory over a long scan", command, text, measured, arguments.out)
     return 0

@@ -1,8 +1,7 @@
-"""What simulated scans hold of their objects at each coverage, kept so that any classifier can be
-asked about the same scans.
+"""Snapshots of object models during simulated scans, at each coverage.
 
-Where a robot drives under the planner `normals` does not depend on the answers, so the scans of
-one classifier are those of all.
+All classifiers can be evaluated on the same scans, because the path of the planner `normals` does
+not depend on the answers.
 """
 
 from __future__ import annotations
@@ -22,16 +21,16 @@ from circumspect.reconstruction import ObjectModel
 from circumspect.storage import atomic_open
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
-"""Of the azimuth; a snapshot is taken at the first frame with at least so much coverage."""
+"""Coverages; a snapshot is taken at the first frame that reaches each."""
 
 
 @dataclass(frozen=True)
 class SnapshotJob:
-    """A scan whose snapshots are kept.
+    """A scan whose snapshots are stored.
 
     Attributes:
         job: The scan.
-        folder: Where the snapshots go.
+        folder: Folder of the snapshots.
     """
 
     job: ScanJob
@@ -44,12 +43,12 @@ class SnapshotJob:
 
     @property
     def path(self) -> Path:
-        """Of the snapshots."""
+        """File of the snapshots."""
         return Path(self.folder) / f"{self.key.replace('/', '_')}.npz"
 
 
 class Snapshots:
-    """Watches a run and keeps the model at each coverage."""
+    """Keeps the model of a run at each coverage; a `PipelineObserver`."""
 
     def __init__(self) -> None:
         self.kept: dict[str, NDArray[Any]] = {}
@@ -81,7 +80,7 @@ class Snapshots:
 
 
 def gather(job: SnapshotJob) -> dict[str, Any]:
-    """Scan, and keep the snapshots; a known fault becomes part of the record."""
+    """Run a scan and store its snapshots; a known error becomes part of the record."""
     head = {"key": job.key, "made": provenance(), "suite": job.job.suite, "object": job.job.object}
     try:
         parts = prepared(job.job)

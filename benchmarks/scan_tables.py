@@ -19,12 +19,12 @@ from circumspect.storage import atomic_open, write_json
 
 Record = dict[str, Any]
 LIMITS = {"ate_mm": 10.0, "yaw_deg": 0.5, "ratio": 0.2, "chamfer_mm": 6.0, "completeness": 0.9}
-"""What is wanted; a figure that misses its limit is bold."""
+"""Target values; a figure that misses its target is bold."""
 SPREAD = ("median", "p95", "worst")
-SHORTEST_M = 1.0
-"""Paths that are shorter [m] say nothing of errors of turns."""
-SLOW = 300
-"""A frame that takes longer [ms] is one at which the robot waits."""
+MIN_PATH_M = 1.0
+"""Shorter paths [m] do not determine errors of rotation."""
+MAX_FRAME_MS = 300
+"""The robot waits for frames that take longer [ms]."""
 
 
 def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path) -> None:
@@ -54,10 +54,10 @@ def write_tables(found: Sequence[Record], folder: Path, command: str, data: Path
 
 
 def by_planner(found: list[Record]) -> tuple[str, Any]:
-    """The same errors for each planner, whose frames are further apart."""
-    far = [record for record in found if record.get("distance_m", 0.0) >= SHORTEST_M]
+    """The same errors for each planner; their frames are further apart."""
+    far = [record for record in found if record.get("distance_m", 0.0) >= MIN_PATH_M]
     text, figures = trajectory_and_shape(far, "planner", "planner") if far else ("", {})
-    note = f"Of scans of at least {SHORTEST_M:g} m: a shorter path can be turned anyhow to fit.\n\n"
+    note = f"Of scans of at least {MIN_PATH_M:g} m: a shorter path can be turned anyhow to fit.\n\n"
     return note + text, figures
 
 
@@ -67,9 +67,9 @@ def trajectory_and_shape(
     """Errors per category and in all: median and worst.
 
     Args:
-        found: The scans.
-        key: In a record; scans that share it are one row.
-        of: What that is called.
+        found: Records of the scans.
+        key: Key of the records; scans with the same value form a row.
+        of: Heading of the rows.
     """
     groups = _grouped(found, key)
     groups["all"] = found
@@ -78,9 +78,10 @@ def trajectory_and_shape(
         f = figures[name] = _errors(some)
         rows.append([
             name.replace("_", " "), str(f["scans"]),
-            _shown(f["ate_mm"], "ate_mm"), _shown(f["yaw_deg"], "yaw_deg", 2),
-            f"{f['odometry_mm']['median']:.0f}", _shown(f["ratio"], "ratio", 3),
-            _shown(f["chamfer_mm"], "chamfer_mm"), _shown(f["completeness"], "completeness", 3, -1),
+            _marked(f["ate_mm"], "ate_mm"), _marked(f["yaw_deg"], "yaw_deg", 2),
+            f"{f['odometry_mm']['median']:.0f}", _marked(f["ratio"], "ratio", 3),
+            _marked(f["chamfer_mm"], "chamfer_mm"),
+            _marked(f["completeness"], "completeness", 3, -1),
             _plain(f["nees"], 1), _while_reliable(f),
             f"{f['correct']}/{f['scans']}",
         ])  # fmt: skip
@@ -102,8 +103,8 @@ def trajectory_and_shape(
 
 
 def _together(shaped: list[Record]) -> dict[str, Any]:
-    """Measured scans as one: root mean squares of what is one already, else means; and how many
-    keep to the limits.
+    """Figures over all measured scans: root mean squares or means, and the number of scans within
+    the limits.
     """
     ate, odometry, chamfer = (
         np.array([1e3 * r[name] for r in shaped])
@@ -172,18 +173,18 @@ def _errors(some: list[Record]) -> dict[str, Any]:
 
 
 def distances(found: list[Record]) -> tuple[str, Any]:
-    """How far each planner drove, and after how far the final answer stood."""
+    """Distance driven by each planner, and distance from which on the answer did not change."""
     rows, figures = [], {}
     for name, some in _grouped(found, "planner").items():
         ended = [r for r in some if r.get("settled_m") is not None]
-        sure = [r for r in some if r.get("confident")]
+        confident = [r for r in some if r.get("confident")]
         f = figures[name] = {
             "scans": len(some),
             "settled_m": _spread(r["settled_m"] for r in ended),
             "driven_m": _spread(r["distance_m"] for r in ended),
             "correct": sum(map(_is_correct, some)),
-            "confident": len(sure),
-            "confident_correct": sum(map(_is_correct, sure)),
+            "confident": len(confident),
+            "confident_correct": sum(map(_is_correct, confident)),
         }
         rows.append([
             name, classifier_of(some), str(f["scans"]),
@@ -239,12 +240,14 @@ def times(found: list[Record]) -> tuple[str, Any]:
             stages[name] += spent
     figures: dict[str, Any] = {name: _spread(spent) for name, spent in stages.items()}
     rows = [[name, *(f"{f[which]:.1f}" for which in SPREAD)] for name, f in figures.items()]
-    slow = [sum(t > SLOW for t in record.get("stages", {}).get("frame", [])) for record in found]
+    slow = [
+        sum(t > MAX_FRAME_MS for t in record.get("stages", {}).get("frame", [])) for record in found
+    ]
     figures["slow"] = {"frames": sum(slow), "scans": sum(count > 0 for count in slow)}
     return (
         f"{len(stages.get('frame', []))} frames of {len(found)} scans, one after the other; "
-        f"{sum(slow)} of them, in {figures['slow']['scans']} scans, took more than {SLOW} ms.\n\n"
-        + table(["stage", "median", "95 %", "worst"], rows),
+        f"{sum(slow)} of them, in {figures['slow']['scans']} scans, took more than "
+        f"{MAX_FRAME_MS} ms.\n\n" + table(["stage", "median", "95 %", "worst"], rows),
         figures,
     )
 
@@ -257,13 +260,14 @@ def _spread(values: Iterable[float], worst: Callable[..., float] = max) -> dict[
     return {"median": float(median), "p95": float(p95), "worst": float(worst(known))}
 
 
-def _shown(spread: dict[str, float], limit: str, digits: int = 1, sign: int = 1) -> str:
+def _marked(spread: dict[str, float], limit: str, digits: int = 1, sign: int = 1) -> str:
+    """Median and worst value; bold if the worst misses its limit."""
     text = f"{spread['median']:.{digits}f} ({spread['worst']:.{digits}f})"
     return text if sign * spread["worst"] <= sign * LIMITS[limit] else f"**{text}**"
 
 
 def _plain(spread: dict[str, float], digits: int) -> str:
-    """Without a limit; scans of older versions may not have it."""
+    """Text of a figure without a limit; older records may lack it."""
     if np.isnan(spread["median"]):
         return "–"
     return f"{spread['median']:.{digits}f} ({spread['worst']:.0f})"

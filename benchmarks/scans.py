@@ -2,11 +2,11 @@
 
     python -m benchmarks.scans                            # all suites; hours
     python -m benchmarks.scans --suite furniture --each 6
-    python -m benchmarks.scans --tables                   # only from what is there
+    python -m benchmarks.scans --tables                   # only from existing records
 
-Every scan is one JSON line in `benchmarks/results/scans.jsonl`; scans that are there already are
-not done again, so an interrupted run resumes. The tables are of all suites, and of the
-scans in them that the same settings make. `docs/scans.md` says what it all means.
+Each scan is one JSON line in `benchmarks/results/scans.jsonl`. Existing scans are not repeated, so
+that an interrupted run resumes. The tables cover the scans of all suites with the same settings.
+`docs/scans.md` explains the figures.
 """
 
 from __future__ import annotations
@@ -19,42 +19,42 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.asked import command_with, of_jobs
 from benchmarks.report import RESULTS, progress_report
 from benchmarks.scan_job import PLANNERS, ScanJob, run_job
 from benchmarks.scan_tables import write_tables
+from benchmarks.selection import command_with_flags, records_of_jobs
 from circumspect.datasets.point_pack import read_point_pack
 from circumspect.furniture import CATEGORIES
 from circumspect.gathering.job_pool import LocalPool, records, run_all
 
 SUITES = ("furniture", "planners", "modelnet", "timing")
 SETTINGS = ("each", "objects", "frame_interval")
-"""Flags that say which scans there are."""
+"""Flags that determine the scans."""
 STARTS_DEG = tuple(np.arange(8) * 45.0)
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "modelnet10"
 FIRST_VARIANT = 100_000
-"""Of the furniture: variants that nothing else uses."""
+"""First variant of the furniture; no other benchmark uses these variants."""
 
 
 def main() -> int:
-    """Run the suites that are asked for and write the tables."""
-    arguments, usual = _parser().parse_args(), _parser().parse_args([])
+    """Run the requested suites and write the tables."""
+    arguments, defaults = _parser().parse_args(), _parser().parse_args([])
     path: Path = arguments.out / "scans.jsonl"
     if not arguments.tables:
         for suite in arguments.suite or SUITES:
-            # Times are only worth something when nothing else runs.
+            # Times are valid only if nothing else runs.
             workers = 1 if suite == "timing" else arguments.workers
             run_all(jobs(suite, arguments), run_job, path, LocalPool(workers), progress_report())
-    command = command_with("python -m benchmarks.scans", arguments, usual, SETTINGS)
-    write_tables(asked(records(path), arguments), arguments.out, command, arguments.data)
+    command = command_with_flags("python -m benchmarks.scans", arguments, defaults, SETTINGS)
+    write_tables(selected(records(path), arguments), arguments.out, command, arguments.data)
     return 0
 
 
-def asked(found: list[dict[str, Any]], arguments: argparse.Namespace) -> list[dict[str, Any]]:
-    """The records of the settings asked for, of all suites that there are records of."""
+def selected(found: list[dict[str, Any]], arguments: argparse.Namespace) -> list[dict[str, Any]]:
+    """The records of the given settings, of all suites with records."""
     there = {record["suite"] for record in found}
     wanted = [job for suite in SUITES if suite in there for job in jobs(suite, arguments)]
-    return of_jobs(found, wanted)
+    return records_of_jobs(found, wanted)
 
 
 def jobs(suite: str, arguments: argparse.Namespace) -> list[ScanJob]:
@@ -72,7 +72,7 @@ def jobs(suite: str, arguments: argparse.Namespace) -> list[ScanJob]:
 
 
 def furniture_jobs(each: int) -> list[ScanJob]:
-    """So many scans of every furniture category."""
+    """`each` scans of every furniture category."""
     return [job for number in range(each) for job in _round("furniture", number)]
 
 
@@ -83,7 +83,7 @@ def _round(
     frame_interval: float = 0.5,
     detailed: bool = False,
 ) -> list[ScanJob]:
-    """One scan of each category, from a start of its own."""
+    """One scan of each category, each from its own start."""
     found = []
     for index, category in enumerate(CATEGORIES):
         rng = np.random.default_rng([number, index])
@@ -94,7 +94,7 @@ def _round(
 
 
 def _modelnet(data: Path, objects: int, frame_interval: float) -> list[ScanJob]:
-    """Test objects from eight starts each; the first few of each class, evenly picked."""
+    """Evenly chosen test objects of each class, each from eight starts."""
     pack = read_point_pack(data / "test.npz")
     found = []
     for label in range(len(pack.classes)):
@@ -114,7 +114,7 @@ def _modelnet(data: Path, objects: int, frame_interval: float) -> list[ScanJob]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--suite", choices=SUITES, action="append", help="all without it")
+    parser.add_argument("--suite", choices=SUITES, action="append", help="default: all suites")
     parser.add_argument("--each", type=int, default=6, help="scans a category (furniture)")
     parser.add_argument("--objects", type=int, default=3, help="objects a class (modelnet)")
     parser.add_argument(
@@ -123,7 +123,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--data", type=Path, default=DATA, help="folder of the point packs")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=RESULTS)
-    parser.add_argument("--tables", action="store_true", help="scan nothing")
+    parser.add_argument("--tables", action="store_true", help="only write the tables")
     return parser
 
 

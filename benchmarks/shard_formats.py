@@ -5,7 +5,7 @@
 
 Grids of ModelNet10's training objects, each turned by whole cells so that no two are equal, are
 written in shards with label, object and start. An epoch reads every grid once, shuffled by shards
-and within a buffer, in batches. `docs/development/shard-formats.md` says what follows.
+and within a buffer, in batches. `docs/development/shard-formats.md` discusses the results.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Format(ABC):
 
     @abstractmethod
     def largest(self, folder: Path) -> Path:
-        """The file that most data lie in."""
+        """The file with most of the data."""
 
 
 class Parquet(Format):
@@ -174,7 +174,7 @@ class WebDataset(Format):
         samples: Any = source.shuffle(BUFFER * GROUP, seed=seed)
         waiting: list[NDArray[np.uint8]] = []
         for number, sample in enumerate(samples):
-            # There is no other way to a later sample than past those before it.
+            # A later sample is reached only by reading all samples before it.
             if number < start:
                 continue
             json.loads(sample["json"])
@@ -209,7 +209,7 @@ def _shuffled(rows: Any, counts: list[int], seed: int, start: int) -> Iterator[N
         some = order[first : first + BUFFER]
         count = sum(counts[group] for group in some)
         within = rng.permutation(count)
-        if skipped >= count:  # Nothing of them is read.
+        if skipped >= count:  # None of these groups is read.
             skipped -= count
             continue
         held = np.concatenate([rows(int(group)) for group in some])[within[skipped:]]
@@ -238,7 +238,7 @@ def grids_of(data: Path, count: int) -> tuple[NDArray[np.uint8], NDArray[np.int6
 
 
 def measured(kind: Format, folder: Path, grids: NDArray[np.uint8], labels: Any) -> dict[str, Any]:
-    """What a format costs, and what it makes of broken files."""
+    """Cost of a format, and its reaction to damaged files."""
     began = time.perf_counter()
     kind.write(folder, grids, labels)
     wrote = time.perf_counter() - began
@@ -274,7 +274,7 @@ def _flip(path: Path) -> None:
 
 
 def _outcome(kind: Format, folder: Path, grids: NDArray[np.uint8], damage: Any) -> str:
-    """What an epoch over a damaged set comes to."""
+    """Outcome of an epoch over a damaged set."""
     with tempfile.TemporaryDirectory() as parent:
         copy = Path(shutil.copytree(folder, Path(parent) / "set"))
         damage(kind.largest(copy))
@@ -284,8 +284,8 @@ def _outcome(kind: Format, folder: Path, grids: NDArray[np.uint8], damage: Any) 
             return f"{type(error).__name__}"
     if len(read) < len(grids):
         return f"silent: {len(grids) - len(read)} grids lost"
-    right = {row.tobytes() for row in grids}
-    wrong = sum(row.tobytes() not in right for row in read)
+    originals = {row.tobytes() for row in grids}
+    wrong = sum(row.tobytes() not in originals for row in read)
     return f"silent: {wrong} grids wrong" if wrong else "no harm"
 
 

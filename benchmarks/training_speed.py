@@ -1,6 +1,6 @@
 """Time a step of training, with and without keeping freed memory.
 
-python -m benchmarks.training_speed    # a quarter of an hour on two cores that do nothing else
+python -m benchmarks.training_speed    # a quarter of an hour on two idle cores
 
 Each row is a process of its own: a setting of the C library holds for the whole process.
 """
@@ -45,9 +45,10 @@ class Stopwatch:
         self._last: float | None = None
 
     def preparing(self, done: int, total: int) -> None:
-        """Grids are no part of a step."""
+        """Ignore the preparation of grids."""
 
     def stepped(self, epoch: int, step: int, steps: int, loss: float) -> None:  # noqa: ARG002
+        """Record the time since the previous step; stop after enough steps."""
         now = time.perf_counter()
         if self._last is not None:
             self.seconds.append(now - self._last)
@@ -56,12 +57,12 @@ class Stopwatch:
             raise StopIteration
 
     def finished_epoch(self, row: dict[str, float]) -> None:  # noqa: ARG002
-        """Examining is no part of a step."""
+        """Ignore the validation."""
         self._last = None
 
 
 def step_ms(net: str, precision: str, freed: str) -> dict[str, float]:
-    """Median time and memory of this process, whose freed memory is treated as set."""
+    """Median time of a step in this process, with freed memory kept or given back."""
     if freed == KEPT and not keep_freed_memory():
         raise SystemExit("this C library has no setting to keep freed memory")
     settings = TrainingSettings(**{**net_spec(net).training, "net": net})
@@ -78,7 +79,7 @@ def step_ms(net: str, precision: str, freed: str) -> dict[str, float]:
 
 
 def main() -> int:
-    """Time all, write the table."""
+    """Measure all networks and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--nets", nargs="+", default=list(NETS))
     parser.add_argument("--one", nargs=3, metavar=("NET", "PRECISION", "FREED"))
@@ -105,7 +106,7 @@ def main() -> int:
     text = (
         f"A step of training, forward, backward and update, median of {STEPS}; milliseconds an "
         "object. Freed memory is given back to the system, as the C library does by itself, or "
-        "kept for the next step, as `circumspect train` and `reproduce` have it.\n\n"
+        "kept for the next step, as in `circumspect train`.\n\n"
         + table(["network", "precision", GIVEN_BACK, KEPT, "times as fast"], rows)
     )
     write_page(

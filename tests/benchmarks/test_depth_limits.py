@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from benchmarks.ablation_rules import RULES
 from benchmarks.depth_limits import (
+    DEFAULT_DEPTH_M,
+    DEFAULT_VOXEL_M,
     DEPTHS_M,
     MODEL,
     SYSTEMATIC,
-    USUAL_DEPTH_M,
-    USUAL_VOXEL_M,
     VOXELS_M,
     WHITE,
     jobs,
@@ -19,8 +19,8 @@ from benchmarks.depth_limits import (
 def test_settings_are_tried_once() -> None:
     found = jobs([None])
     assert len({job.key for job in found}) == len(found) == 2 * (len(DEPTHS_M) + len(VOXELS_M) - 1)
-    usual = [j for j in found if (j.max_depth, j.voxel) == (USUAL_DEPTH_M, USUAL_VOXEL_M)]
-    assert [job.variant for job in usual] == [MODEL, WHITE]
+    default = [j for j in found if (j.max_depth, j.voxel) == (DEFAULT_DEPTH_M, DEFAULT_VOXEL_M)]
+    assert [job.variant for job in default] == [MODEL, WHITE]
 
 
 def test_parts_of_the_measurement_model_exist() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from benchmarks.live_poses import trust
+from benchmarks.live_poses import reliability_figures
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from circumspect.geometry import Trajectory
@@ -27,7 +27,7 @@ def pose(
 def judged(*poses: PoseEstimate):
     truth = [RigidTransform.from_components([x, 0, 0], ROUND) for x in STAMPS]
     estimates = list(zip(STAMPS.tolist(), poses, strict=False))
-    return trust(estimates, Trajectory(STAMPS, RigidTransform.concatenate(truth)))
+    return reliability_figures(estimates, Trajectory(STAMPS, RigidTransform.concatenate(truth)))
 
 
 def test_errors_are_in_metres_and_in_estimated_standard_deviations() -> None:

@@ -42,7 +42,7 @@ def truth(frames: tuple[RgbdFrame, ...]) -> Trajectory:
 
 
 def test_a_standing_camera_keeps_its_initial_pose(frames: tuple[RgbdFrame, ...]) -> None:
-    poses = PlainGicp(farthest=3.5)
+    poses = PlainGicp(max_depth=3.5)
     begun = poses.track(frames[0])
     np.testing.assert_allclose(begun.as_matrix(), frames[0].pose.as_matrix(), atol=1e-9)
     for _ in range(3):
@@ -54,8 +54,8 @@ def test_a_standing_camera_keeps_its_initial_pose(frames: tuple[RgbdFrame, ...])
 
 def test_points_beyond_the_range_are_not_used(frames: tuple[RgbdFrame, ...]) -> None:
     sizes = []
-    for farthest in (1.5, 3.5):
-        poses = PlainGicp(farthest)
+    for max_depth in (1.5, 3.5):
+        poses = PlainGicp(max_depth)
         poses.track(frames[0])
         sizes.append(poses._model.size())
     assert 0 < sizes[0] < sizes[1]

@@ -170,7 +170,7 @@ def test_points_take_the_evidence_of_their_cells(cloud, explained):
 def test_progress_ends_at_the_total(classifier, grid):
     calls = []
     found = cell_evidence(classifier, grid, edges=(1.0,), progress=lambda *c: calls.append(c))
-    assert calls[-1] == (found.asked, found.asked)
+    assert calls[-1] == (found.grid_count, found.grid_count)
 
 
 @pytest.mark.parametrize("edges", [(), (0.0,), (-1.0,), (2.5,), (float("nan"),)])

@@ -58,7 +58,7 @@ def test_the_same_model_is_not_in_both_splits() -> None:
     )
     assert [one.name for one in chosen] == ["b0", "a2", "a4"]
     assert shown == [(1, 3), (2, 3), (3, 3)]
-    with pytest.raises(InputError, match="2 objects of class chair to train with; 3 are asked"):
+    with pytest.raises(InputError, match="2 objects of class chair to train with; 3 are requested"):
         select_objects([source], ["chair"], {"train": 3, "test": 1})
 
 

@@ -1,4 +1,4 @@
-"""The version has one source, `circumspect.__version__`, and every copy equals it."""
+"""The version has one source, `circumspect.__version__`; all metadata are the same everywhere."""
 
 from __future__ import annotations
 
@@ -31,6 +31,25 @@ def test_other_files_repeat_the_version() -> None:
     assert f"\nversion: {circumspect.__version__}\n" in citation
     assert manifest.findtext("version") == circumspect.__version__
     assert re.search(rf"^## \[.*{re.escape(circumspect.__version__)}", changes, re.MULTILINE)
+
+
+def test_authors_and_license_are_the_same_in_all_metadata() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (author,) = project["authors"]
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    manifest = ElementTree.parse(ROOT / "ros2" / "circumspect_ros" / "package.xml")
+    assert f"\nauthors:\n  - name: {author['name']}\n" in citation
+    assert f"\nlicense: {project['license']}\n" in citation
+    assert manifest.findtext("author") == manifest.findtext("maintainer") == author["name"]
+    assert manifest.findtext("license") == project["license"]
+
+
+def test_addresses_are_the_same_in_all_metadata() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    manifest = ElementTree.parse(ROOT / "ros2" / "circumspect_ros" / "package.xml")
+    urls = {url.text for url in manifest.iter("url")}
+    assert urls <= set(project.get("urls", {}).values())
+    assert bool(urls) == bool(project.get("urls"))
 
 
 def test_each_tested_python_is_named_alike() -> None:

@@ -52,7 +52,7 @@ def test_the_dashboard_shows_the_state_of_the_node() -> None:
         shown = published[-1]()
         assert shown.count == len(shown.path_xyz) == len(shown.odometry_xyz) == 8
         assert shown.row["label"] == "chair"
-        assert len(shown.thing.points_xyz) > 1000
+        assert len(shown.object_snapshot.points_xyz) > 1000
         assert shown.images.depth is node.frame.depth
         assert node.target is not None
 
@@ -79,10 +79,10 @@ def test_the_dashboard_shows_the_state_of_the_node() -> None:
 
 
 def test_an_empty_page_is_shown() -> None:
-    from circumspect.viewer.shown import Shown
+    from circumspect.viewer.dashboard_state import DashboardState
 
     with Dashboard(Classifier.load(threads=1), port=0) as dashboard:
-        dashboard.show(Shown((), 0))
+        dashboard.show(DashboardState((), 0))
 
 
 def test_the_command_prints_the_address_of_the_dashboard(dds: DdsSettings, tmp_path: Path) -> None:

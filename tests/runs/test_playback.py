@@ -188,14 +188,14 @@ class TestSurroundings:
     T = RigidTransform.from_components([1.0, 2.0, 0.0], Rotation.from_euler("z", 0.7))
 
     def test_object_and_floor_are_no_surroundings(self):
-        things = Surroundings.of(self.SCENE, self.T).things
-        assert [thing.wall for thing in things] == [True, False]
+        meshes = Surroundings.of(self.SCENE, self.T).meshes
+        assert [mesh.wall for mesh in meshes] == [True, False]
 
     def test_surroundings_round_trip(self, tmp_path):
         written = Surroundings.of(self.SCENE, self.T)
         written.save(tmp_path / "s.npz")
         read = Surroundings.load(tmp_path / "s.npz")
-        for one, other in zip(written.things, read.things, strict=True):
+        for one, other in zip(written.meshes, read.meshes, strict=True):
             np.testing.assert_array_equal(one.vertices_xyz, other.vertices_xyz)
             np.testing.assert_array_equal(one.faces, other.faces)
             np.testing.assert_array_equal(one.colour, other.colour)
@@ -203,7 +203,7 @@ class TestSurroundings:
 
     def test_empty_surroundings_round_trip(self, tmp_path):
         Surroundings().save(tmp_path / "s.npz")
-        assert Surroundings.load(tmp_path / "s.npz").things == ()
+        assert Surroundings.load(tmp_path / "s.npz").meshes == ()
 
     @pytest.mark.parametrize(
         "wrong",

@@ -65,11 +65,13 @@ def test_the_published_state_describes_the_run(dashboard):
     shown = published[-1]()
     assert shown.row["label"] == result.prediction.label
     assert shown.count == 4
-    np.testing.assert_array_equal(shown.thing.points_xyz, result.last.model.cloud().points_xyz)
-    assert shown.thing.frames_seen.max() == 4
+    np.testing.assert_array_equal(
+        shown.object_snapshot.points_xyz, result.last.model.cloud().points_xyz
+    )
+    assert shown.object_snapshot.frames_seen.max() == 4
     assert "the run is over" in shown.message
     assert len(shown.path_xyz) == len(shown.odometry_xyz) == 4
-    assert len(shown.surroundings.things) >= 4
+    assert len(shown.surroundings.meshes) >= 4
     assert shown.surroundings is published[0]().surroundings
     assert shown.target is not None or result.last.index < 2
     json.dumps(shown.row)
@@ -103,10 +105,10 @@ def test_the_stage_shows_the_latest_moment(dashboard):
     dashboard.show(shown)
     assert dashboard.publisher.failure is None
     nodes = dashboard.stage._nodes
-    assert len(nodes["/object"].points) == len(shown.thing.points_xyz)
+    assert len(nodes["/object"].points) == len(shown.object_snapshot.points_xyz)
     # Viser does not send changes that are too small to see.
     np.testing.assert_allclose(nodes["/camera"].position, shown.T_map_camera.translation, atol=1e-5)
-    assert len(nodes["/grid/cells0"].vertices) == 8 * shown.thing.grid.occupied.sum()
+    assert len(nodes["/grid/cells0"].vertices) == 8 * shown.object_snapshot.grid.occupied.sum()
     assert "/room/0" in nodes
 
 
@@ -117,7 +119,12 @@ def test_the_stage_removes_what_a_moment_lacks(dashboard):
     dashboard.show(shown)
     stage = dashboard.stage
     assert {"/camera", "/robot", "/grid/outline", "/target/stand"} <= stage._nodes.keys()
-    bare = replace(shown, thing=replace(shown.thing, grid=None), T_map_camera=None, target=None)
+    bare = replace(
+        shown,
+        object_snapshot=replace(shown.object_snapshot, grid=None),
+        T_map_camera=None,
+        target=None,
+    )
     stage.show(bare)
     left = {name for name in stage._nodes if not name.startswith("/room/")}
     assert left == {"/object", "/paths/registration", "/paths/odometry"}
@@ -143,8 +150,8 @@ def test_every_colouring_gives_a_colour_a_point(dashboard):
     pictures = set()
     for name in ("height", "frames that saw it", "surface normal", "class evidence"):
         dashboard.stage.colouring = name
-        colours = dashboard.stage.colours(shown.thing)
-        assert colours.shape == (len(shown.thing.points_xyz), 3)
+        colours = dashboard.stage.colours(shown.object_snapshot)
+        assert colours.shape == (len(shown.object_snapshot.points_xyz), 3)
         assert len(np.unique(colours, axis=0)) > 1
         pictures.add(colours.tobytes())
         dashboard.show(shown)

@@ -27,10 +27,10 @@ def test_the_first_run_is_among_the_choices(tab):
 
 @pytest.mark.parametrize("value", ["../../etc/passwd", "", "__import__('os')", None, 7])
 def test_invalid_choices_fall_back_to_valid_ones(tab, value):
-    tab.thing._impl.value = value
+    tab.object_name._impl.value = value
     tab.planner._impl.value = value
     tab.start._impl.value = value
-    assert tab.wanted().thing == "own.obj"
+    assert tab.wanted().object_name == "own.obj"
     assert tab.wanted().planner == "normals"
     assert tab.wanted().start_deg in (0.0, 7.0)
 

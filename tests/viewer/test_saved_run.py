@@ -26,7 +26,7 @@ def test_a_finished_run_can_be_shown_at_every_frame(finished_run):
     rows = [json.loads(line) for line in (finished_run / "log.jsonl").read_text().splitlines()]
     ended = json.loads((finished_run / "result.json").read_text())
     for frame in range(6):
-        shown = played.shown(frame)
+        shown = played.state_at(frame)
         row = ended if frame == 5 else rows[frame]
         assert shown.row["label"] == row["label"]
         assert shown.row["probabilities"] == row["probabilities"]
@@ -37,16 +37,16 @@ def test_a_finished_run_can_be_shown_at_every_frame(finished_run):
         assert len(shown.odometry_xyz) == frame + 1
         np.testing.assert_allclose(shown.path_xyz[-1], shown.T_map_camera.translation)
         assert shown.truth == "chair"
-    assert len(shown.surroundings.things) >= 4
+    assert len(shown.surroundings.meshes) >= 4
     final = read_cloud(finished_run / "model.ply")
-    np.testing.assert_array_equal(shown.thing.points_xyz, final.points_xyz)
-    assert len(shown.thing.frames_seen) == len(final)
-    assert shown.thing.frames_seen.max() > 1
+    np.testing.assert_array_equal(shown.object_snapshot.points_xyz, final.points_xyz)
+    assert len(shown.object_snapshot.frames_seen) == len(final)
+    assert shown.object_snapshot.frames_seen.max() > 1
 
 
-def test_the_shown_object_grows(finished_run):
+def test_the_object_snapshot_grows(finished_run):
     played = PlayedRun(SavedRun.load(finished_run))
-    counts = [len(played.shown(frame).thing.points_xyz) for frame in range(6)]
+    counts = [len(played.state_at(frame).object_snapshot.points_xyz) for frame in range(6)]
     assert counts[0] > 100
     assert counts[-1] > counts[0]
 
@@ -56,11 +56,11 @@ def test_a_run_without_playback_is_shown_with_a_note(copied_run):
     run = SavedRun.load(copied_run)
     assert len(run.missing) == 1
     assert "kept no moments" in run.missing[0]
-    shown = PlayedRun(run).shown(5)
+    shown = PlayedRun(run).state_at(5)
     assert shown.images is None
-    assert len(shown.thing.points_xyz) > 100
+    assert len(shown.object_snapshot.points_xyz) > 100
     assert "kept no moments" in shown.message
-    assert len(PlayedRun(run).shown(0).thing.points_xyz) == 0
+    assert len(PlayedRun(run).state_at(0).object_snapshot.points_xyz) == 0
 
 
 def test_a_killed_run_is_shown_up_to_its_last_frame(copied_run):
@@ -73,17 +73,17 @@ def test_a_killed_run_is_shown_up_to_its_last_frame(copied_run):
     run = SavedRun.load(copied_run)
     assert len(run.rows) == 5
     assert len(run.missing) == 4
-    shown = PlayedRun(run).shown(4)
+    shown = PlayedRun(run).state_at(4)
     assert len(shown.path_xyz) == 5
-    assert len(shown.thing.points_xyz) > 100
+    assert len(shown.object_snapshot.points_xyz) > 100
 
 
 @pytest.mark.parametrize("name", ["000000.npz", "surroundings.npz", "odometry.npz"])
 def test_a_broken_playback_file_is_skipped(copied_run, name):
     (copied_run / "playback" / name).write_bytes(b"PK\x03\x04 broken")
     run = SavedRun.load(copied_run)
-    shown = PlayedRun(run).shown(5)
-    assert len(shown.thing.points_xyz) > 100
+    shown = PlayedRun(run).state_at(5)
+    assert len(shown.object_snapshot.points_xyz) > 100
     assert any(name in reason for reason in run.missing) or name == "000000.npz"
 
 
@@ -167,7 +167,7 @@ def with_answer(run: Path, answer: dict[str, Any], drop: tuple[str, ...] = ()) -
 )
 def test_the_playback_shows_why_an_answer_is_not_confident(copied_run, answer, text):
     with_answer(copied_run, answer)
-    shown = answer_html(PlayedRun(SavedRun.load(copied_run)).shown(5).row)
+    shown = answer_html(PlayedRun(SavedRun.load(copied_run)).state_at(5).row)
     assert text is None or text in shown
     assert ("not confident" in shown) == (text is not None)
     assert ("unknown object" in shown) == ("in_distribution" in answer)
@@ -199,7 +199,7 @@ def test_keys_of_older_versions_are_read_as_those_of_today(
         assert not set(row) & {"known", "conclusive", "seen"}
     assert run.result["end_reason"] == "the disk is full"
     assert run.result["reason"] == reason
-    shown = answer_html(PlayedRun(run).shown(5).row)
+    shown = answer_html(PlayedRun(run).state_at(5).row)
     assert reason is None or f"not confident: {reason}" in shown
 
 

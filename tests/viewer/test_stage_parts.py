@@ -12,6 +12,7 @@ from circumspect.furniture import make_furniture
 from circumspect.geometry import PointCloud
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
 from circumspect.viewer import colouring
+from circumspect.viewer.dashboard_state import ObjectSnapshot
 from circumspect.viewer.occupied_cells import cell_boxes, outline
 from circumspect.viewer.panel_html import (
     answer_html,
@@ -32,7 +33,6 @@ from circumspect.viewer.probability_picture import (
     probability_bars,
     probability_picture,
 )
-from circumspect.viewer.shown import ShownObject
 from circumspect.viewer.stage import FIELD_OF_VIEW, OBJECT_SHARE, lookout
 from circumspect.viewer.turned_object import turned_object
 
@@ -117,7 +117,7 @@ def shown_object(classifier):
     cloud = make_furniture("toilet", 7).sampled(30_000, 0)
     grid = classifier.input_spec.bounds(cloud).hits(cloud.points_xyz)
     zeros = np.zeros((len(cloud), 3))
-    return ShownObject(cloud.points_xyz, zeros, np.ones(len(cloud), int), grid)
+    return ObjectSnapshot(cloud.points_xyz, zeros, np.ones(len(cloud), int), grid)
 
 
 class TestTurned:
@@ -136,13 +136,13 @@ class TestTurned:
         assert turned.prediction.label == "toilet"
 
     def test_an_object_without_a_grid_is_not_rotated(self, classifier):
-        assert turned_object(ShownObject(), 1.0, classifier) is None
+        assert turned_object(ObjectSnapshot(), 1.0, classifier) is None
 
     def test_a_classifier_of_other_grids_classifies_the_cloud(self, shown_object, classifier):
         coarse = CylindricalGrid.fit(PointCloud(shown_object.points_xyz), (8, 8, 8)).hits(
             shown_object.points_xyz
         )
-        other = ShownObject(
+        other = ObjectSnapshot(
             shown_object.points_xyz, shown_object.normals_xyz, shown_object.frames_seen, coarse
         )
         assert turned_object(other, 0.5, classifier).prediction.label == "toilet"

@@ -110,7 +110,7 @@ class CellEvidence(ReadOnlyArrays):
         cells: float32 of the grid's shape, 0 where nothing is: by how much the log-odds fall when
             the cell's neighbourhood is emptied. Above 0 the cells speak for the class, below
             against it.
-        asked: How many changed grids the classifier was shown.
+        grid_count: Number of changed grids that were classified.
     """
 
     grid: OccupancyGrid
@@ -118,7 +118,7 @@ class CellEvidence(ReadOnlyArrays):
     label: str
     log_odds: float
     cells: NDArray[np.float32]
-    asked: int
+    grid_count: int
 
     def at(self, points_xyz: PointCloud | ArrayLike) -> NDArray[np.float32]:
         """The evidence of the cells that points lie in.
@@ -152,7 +152,7 @@ class CellEvidence(ReadOnlyArrays):
             "most": round(float(self.cells.max()), 4),
             "least": round(float(self.cells.min()), 4),
             "half_of_it_in": round(self.half_share, 4),
-            "grids_asked": self.asked,
+            "grids_asked": self.grid_count,
         }
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -233,7 +233,7 @@ def cell_evidence(
     changed, which = _distinct(occupied, [block for sized in blocks for block in sized])
     shown = _ShownGrid.of(classifier, grid, metric)
     before = shown.log_odds(occupied[None])[0, column]
-    after = _asked(shown, changed, column, progress)
+    after = _log_odds_of(shown, changed, column, progress)
     falls = (before - after)[which]
     cells = np.zeros(occupied.shape)
     start = 0
@@ -322,7 +322,7 @@ class _ShownGrid:
         return log_odds(self.classifier.scores(inputs, contexts))
 
 
-def _asked(
+def _log_odds_of(
     shown: _ShownGrid,
     changed: NDArray[np.uint8],
     column: int,

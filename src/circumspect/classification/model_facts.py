@@ -28,7 +28,7 @@ class ModelFacts:
     """A classifier with its file and its figures.
 
     Attributes:
-        name: As it was asked for: a shipped name, or a file.
+        name: The requested name: that of a shipped classifier, or a file.
         shipped: Its entry among the shipped ones; None for a file of one's own.
         classifier: Loaded.
         size: Of the file [bytes].

@@ -80,7 +80,9 @@ def _floor_record(cut: FloorCut) -> dict[str, Any]:
     }
 
 
-def say_of_floor(file: Path, cloud: PointCloud, any_way_up: bool, prediction: Prediction) -> None:
+def print_floor_hint(
+    file: Path, cloud: PointCloud, any_way_up: bool, prediction: Prediction
+) -> None:
     """Print a hint to `--cut-floor` if a cloud seems to contain the floor.
 
     The quick test finds a level floor below the object. The thorough test, for tilted or noisy

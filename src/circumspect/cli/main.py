@@ -130,7 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except MemoryError as error:
         # Only NumPy's errors state the requested size.
-        say(f"not enough memory ({str(error) or 'nothing is left'}); ask for less at once")
+        say(f"not enough memory ({str(error) or 'nothing is left'}); request less at once")
         return 2
     except OSError as error:
         # The system rejects a path, or the disk behind standard output is full.

@@ -32,9 +32,9 @@ class RecordingFlags:
     """Flags of commands that run the pipeline on a recording."""
 
     box: Annotated[Box | None, tyro.conf.arg(metavar="X Y Z X Y Z")] = None
-    """Two opposite corners of an upright box round the object [m]. Without this flag, the object
-    is the thing on the floor nearest to the viewing direction, which requires a bag with a robot or
-    --first-pose."""
+    """Two opposite corners of an upright box round the object [m]. Without this flag, the
+    object on the floor nearest to the viewing direction is used, which requires a bag with a robot
+    or --first-pose."""
     box_frame: Literal["world", "map"] = "world"
     """Frame of the corners: world (that of the recorded poses) or map (the same frame turned so
     that z points up). In both cases the edges of the box are parallel to the axes of the map."""
@@ -46,8 +46,8 @@ class RecordingFlags:
     first_pose: Annotated[View | None, tyro.conf.arg(metavar="X Y Z PAN TILT")] = None
     """Folders without poses: position of the camera at the first frame, with the floor at Z = 0
     [m], pan (counter-clockwise from x) and tilt (down) [degrees]. All other poses are estimated by
-    registration. Without --box, the object is the thing on the floor nearest to the viewing
-    direction; the corners of --box are in this frame."""
+    registration. Without --box, the object on the floor nearest to the viewing direction is
+    used; the corners of --box are in this frame."""
     every: int = 1
     """Use only every n-th frame of the recording."""
     depth_range: Annotated[tuple[float, float], tyro.conf.arg(metavar="NEAR FAR")] = (0.8, 3.5)

@@ -63,11 +63,11 @@ class NodeWatch:
 
     def _restart_watch(self) -> None:
         from circumspect.viewer import LiveWatch
-        from circumspect.viewer.shown import Shown
+        from circumspect.viewer.dashboard_state import DashboardState
 
         assert self._node is not None
         self._watch = LiveWatch(self._node, self._dashboard)
-        self._dashboard.put(lambda: Shown((), 0))
+        self._dashboard.put(lambda: DashboardState((), 0))
 
 
 class ScanWatch:

@@ -254,9 +254,9 @@ def _clouds_of(
     )
 
 
-def simulated_name(thing: str, start_deg: float) -> str:
+def simulated_name(object_name: str, start_deg: float) -> str:
     """The name of an object's simulated scan; recordings are named after their file."""
-    return f"{thing}@{start_deg:05.1f}".removesuffix(".0")
+    return f"{object_name}@{start_deg:05.1f}".removesuffix(".0")
 
 
 def scanned_name(scan: str) -> str | None:
@@ -264,5 +264,5 @@ def scanned_name(scan: str) -> str | None:
 
     Names of objects contain no @, names of recordings may. None if it is not the name of a scan.
     """
-    thing, at, _ = scan.partition("@")
-    return thing if at else None
+    object_name, at, _ = scan.partition("@")
+    return object_name if at else None

@@ -122,7 +122,7 @@ def _missing_requested(path: Path, scans: list[GatheredScan]) -> list[str]:
         return []
     there = {scan.scan for scan in scans}
     parts = [str(name).partition("@") for name in asked if name not in there]
-    return [f"{thing} from {_normalised_start(start)}°" for thing, _, start in parts]
+    return [f"{object_name} from {_normalised_start(start)}°" for object_name, _, start in parts]
 
 
 def _normalised_start(start: str) -> str:

@@ -76,7 +76,7 @@ def scan_error(
         odometry: Those by odometry alone, in any frame.
         model_xyz: (n, 3) [m] the model's points, map frame; may be empty; None skips the
             comparison.
-        scene: The simulated room, with the scanned thing named "object".
+        scene: The simulated room, with the scanned object named "object".
         camera: The robot's camera.
     """
     missing: list[str] = []

@@ -162,4 +162,4 @@ def _answers(
 def _fitted_names(predictor: TrainedPredictor) -> set[str]:
     """Training objects, by their names and by the names in their scans."""
     names = [name for name in predictor.training.get(OBJECTS) or [] if isinstance(name, str)]
-    return {*names, *(thing for name in names if (thing := scanned_name(name)))}
+    return {*names, *(object_name for name in names if (object_name := scanned_name(name)))}

@@ -98,11 +98,18 @@ def gather(
 def _job(
     task: ScanTask, settings: GatherSettings, place: SetPlace, measure: Measure | None
 ) -> SimulatedTask:
-    thing = task.object
+    selected = task.object
     scan = GatheredScan(
-        task.key, thing.name, thing.label, thing.split, task.start_deg, source=thing.source
+        task.key,
+        selected.name,
+        selected.label,
+        selected.split,
+        task.start_deg,
+        source=selected.source,
     )
-    return SimulatedTask(scan, thing.mesh(), settings.seed_of(task), settings, place.name, measure)
+    return SimulatedTask(
+        scan, selected.mesh(), settings.seed_of(task), settings, place.name, measure
+    )
 
 
 def _require_splits(
@@ -113,17 +120,17 @@ def _require_splits(
     for one in objects:
         if splits.get(one.name, one.split) != one.split:
             raise InputError(
-                f"{place.name}: holds {one.name} in its {splits[one.name]} split, and it is asked "
-                f"for in the {one.split} split; take another folder"
+                f"{place.name}: holds {one.name} in its {splits[one.name]} split, but is "
+                f"requested in the {one.split} split; take another folder"
             )
 
 
 def _prepare(place: SetPlace, settings: GatherSettings, tasks: Sequence[ScanTask]) -> None:
     """Begin a set, or check that the settings continue it, and write the requested scans."""
     wanted = {**settings.lasting(), "version": __version__}
-    asked = [task.key for task in tasks]
+    requested = [task.key for task in tasks]
     if not place.is_begun():
-        place.begin({**wanted, ASKED: asked})
+        place.begin({**wanted, ASKED: requested})
         return
     there = place.settings()
     other = [name for name, value in wanted.items() if there.get(name) != value]
@@ -134,6 +141,6 @@ def _prepare(place: SetPlace, settings: GatherSettings, tasks: Sequence[ScanTask
         )
     before = there.get(ASKED)
     known = before if isinstance(before, list) else []
-    both = list(dict.fromkeys([*known, *asked]))
+    both = list(dict.fromkeys([*known, *requested]))
     if both != known:
         place.write_settings({**there, ASKED: both})

@@ -121,8 +121,8 @@ def select_objects(
                     progress(len(chosen), total)
             if found < counts[split]:
                 raise InputError(
-                    f"{found} objects of class {label} to {split} with; {counts[split]} are asked "
-                    "for: give more --sources, furniture among them, or ask for fewer"
+                    f"{found} objects of class {label} to {split} with; {counts[split]} are "
+                    "requested: give more --sources, such as furniture, or request fewer"
                 )
     _require_names(chosen)
     return chosen

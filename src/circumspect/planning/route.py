@@ -26,7 +26,7 @@ CELL_M = 0.05
 MAP_MARGIN_M = 1.5
 """Margin of the map around everything known [m]."""
 UNKNOWN_DISTANCE_M = 1e3
-"""Distance to the nearest thing if nothing is known [m]."""
+"""Distance to object and obstacles if none is known [m]."""
 SAFETY_MARGIN_M = 0.05
 """Distance to obstacles in addition to the radius of the robot [m]."""
 
@@ -64,10 +64,10 @@ class Costmap:
         low = everything.min(axis=0) - MAP_MARGIN_M
         shape = np.ceil((everything.max(axis=0) + MAP_MARGIN_M - low) / CELL_M).astype(int)
         middles = low + (np.indices(shape).transpose(1, 2, 0) + 0.5) * CELL_M
-        thing = _marked(flat, low, shape) | _in_hull(flat, middles)
+        occupied = _marked(flat, low, shape) | _in_hull(flat, middles)
         other = _marked(planner_input.obstacles_xy, low, shape)
         radius = planner_input.robot_radius + SAFETY_MARGIN_M
-        return cls(low, _distance(thing), _distance(other), radius)
+        return cls(low, _distance(occupied), _distance(other), radius)
 
     @property
     def free(self) -> NDArray[np.bool_]:
@@ -75,7 +75,7 @@ class Costmap:
         return np.minimum(self.to_object, self.to_obstacle) >= self.radius
 
     def clearance(self, places_xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(n,) distance from (n, 2) positions to the nearest thing [m], interpolated."""
+        """(n,) distance from (n, 2) positions to object and obstacles [m], interpolated."""
         from scipy import ndimage
 
         # A finite value, so that interpolation works on an empty map.
@@ -195,12 +195,12 @@ def is_free(planner_input: PlannerInput, path_xy: NDArray[np.float64]) -> bool:
     rest = path_xy[passed:]
     away = np.linalg.norm(rest - planner_input.T_map_base.xy, axis=1)
     rest = rest[away > planner_input.robot_radius]
-    things = np.vstack([planner_input.footprint_xy, planner_input.obstacles_xy])
-    if len(rest) == 0 or len(things) == 0:
+    occupied_xy = np.vstack([planner_input.footprint_xy, planner_input.obstacles_xy])
+    if len(rest) == 0 or len(occupied_xy) == 0:
         return True
     from scipy.spatial.distance import cdist
 
-    return bool(cdist(rest, things).min() >= planner_input.robot_radius)
+    return bool(cdist(rest, occupied_xy).min() >= planner_input.robot_radius)
 
 
 def _cost(

@@ -23,7 +23,7 @@ MAX_ARRAY_BYTES = 16 << 20
 
 
 @dataclass(frozen=True, eq=False)
-class SolidThing:
+class SolidMesh:
     """A wall or a piece of clutter.
 
     Attributes:
@@ -44,10 +44,10 @@ class Surroundings:
     """Everything except the object and the floor.
 
     Attributes:
-        things: Walls and pieces of clutter.
+        meshes: Walls and pieces of clutter.
     """
 
-    things: tuple[SolidThing, ...] = ()
+    meshes: tuple[SolidMesh, ...] = ()
 
     @classmethod
     def of(cls, scene: Scene, T_map_scene: RigidTransform) -> Surroundings:
@@ -57,8 +57,8 @@ class Surroundings:
             scene: The scene.
             T_map_scene: Pose of the scene in the robot's map.
         """
-        things = (
-            SolidThing(
+        meshes = (
+            SolidMesh(
                 T_map_scene.apply(surface.mesh.vertices_xyz).astype(np.float32),
                 np.asarray(surface.mesh.faces, np.int32),
                 np.asarray(surface.colour, np.float32),
@@ -67,7 +67,7 @@ class Surroundings:
             for surface in scene.surfaces
             if surface.name not in LEFT_OUT
         )
-        return cls(tuple(things))
+        return cls(tuple(meshes))
 
     @classmethod
     def with_ground_truth(
@@ -88,15 +88,15 @@ class Surroundings:
         Raises:
             OutputError: The file cannot be written.
         """
-        things = self.things
+        meshes = self.meshes
         with atomic_open(path, "wb") as stream:
             np.savez_compressed(
                 stream,
-                vertices_xyz=_joined([thing.vertices_xyz for thing in things], np.float32),
-                faces=_joined([thing.faces for thing in things], np.int32),
-                colours=_joined([thing.colour[None] for thing in things], np.float32),
+                vertices_xyz=_joined([mesh.vertices_xyz for mesh in meshes], np.float32),
+                faces=_joined([mesh.faces for mesh in meshes], np.int32),
+                colours=_joined([mesh.colour[None] for mesh in meshes], np.float32),
                 counts=np.array(
-                    [(len(t.vertices_xyz), len(t.faces), t.wall) for t in things], np.int32
+                    [(len(t.vertices_xyz), len(t.faces), t.wall) for t in meshes], np.int32
                 ).reshape(-1, 3),
             )
 
@@ -116,18 +116,18 @@ class Surroundings:
                 raise ValueError("wrong shapes")
             if not np.isfinite(vertices).all() or not np.isfinite(colours).all():
                 raise ValueError("numbers that are not finite")
-            things, v, f = [], 0, 0
+            meshes, v, f = [], 0, 0
             for (more_v, more_f, wall), colour in zip(counts.tolist(), colours, strict=True):
                 own = faces[f : f + more_f]
                 if v + more_v > len(vertices) or f + more_f > len(faces):
                     raise ValueError("fewer numbers than announced")
                 if len(own) and not 0 <= own.min() <= own.max() < more_v:
                     raise ValueError("faces of vertices that are not there")
-                things.append(SolidThing(vertices[v : v + more_v], own, colour, bool(wall)))
+                meshes.append(SolidMesh(vertices[v : v + more_v], own, colour, bool(wall)))
                 v, f = v + more_v, f + more_f
         except (KeyError, ValueError, IndexError) as error:
             raise InputError(f"{path}: no surroundings ({error})") from error
-        return cls(tuple(things))
+        return cls(tuple(meshes))
 
 
 def _joined(arrays: list[NDArray], dtype: type[np.generic]) -> NDArray:

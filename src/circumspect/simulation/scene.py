@@ -14,7 +14,7 @@ NON_OBSTACLES = ("floor", "object")
 CELL_M = 0.04
 """Side of the cells of a footprint [m]."""
 MIN_OBSTACLE_HEIGHT_M = 0.03
-"""Height below which the robot drives over things [m]."""
+"""Height below which the robot drives over obstacles [m]."""
 MAX_SAMPLES = 400_000
 
 
@@ -52,9 +52,9 @@ class Scene:
             others: Other surfaces, such as walls and clutter.
             half_width: Half the side of the floor [m].
         """
-        thing = Surface("object", mesh, (0.80, 0.56, 0.36))
+        scanned = Surface("object", mesh, (0.80, 0.56, 0.36))
         ground = Surface("floor", floor(half_width), (0.62, 0.64, 0.67))
-        return cls((thing, ground, *others))
+        return cls((scanned, ground, *others))
 
 
 def floor(half_width: float) -> TriangleMesh:

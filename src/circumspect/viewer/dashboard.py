@@ -11,10 +11,10 @@ import numpy as np
 
 from circumspect.classification import Classifier
 from circumspect.viewer.colouring import COLOURINGS, EVIDENCE
+from circumspect.viewer.dashboard_state import DashboardState
 from circumspect.viewer.guarded_server import address, clipped, guarded_server, stop
 from circumspect.viewer.panel import Panel
 from circumspect.viewer.publisher import Publisher
-from circumspect.viewer.shown import Shown
 from circumspect.viewer.stage import Stage
 from circumspect.viewer.turned_object import TurnedObject, turned_object
 from circumspect.viewer.why import Why
@@ -63,7 +63,7 @@ class Dashboard:
         self.total: int | None = None
         self._classifier = classifier
         self._yaw = 0.0
-        self.publisher: Publisher[Callable[[], Shown | None]] = Publisher(
+        self.publisher: Publisher[Callable[[], DashboardState | None]] = Publisher(
             self._publish, lambda: always or self.watched
         )
         self.why = Why(classifier, self.publisher.slot.again)
@@ -85,11 +85,11 @@ class Dashboard:
         """Whether a browser is connected."""
         return bool(self.server.get_clients())
 
-    def put(self, make: Callable[[], Shown | None]) -> None:
-        """Schedule a moment, which a newer one replaces; returns immediately.
+    def put(self, make: Callable[[], DashboardState | None]) -> None:
+        """Schedule a state; a newer one replaces it. Returns immediately.
 
         Args:
-            make: Creates the moment in the page's thread; if it returns None, nothing is shown.
+            make: Creates the state in the page's thread; if it returns None, nothing is shown.
         """
         self.publisher.slot.put(make)
 
@@ -108,28 +108,28 @@ class Dashboard:
         with contextlib.suppress(RuntimeError):
             stop(self.server)
 
-    def show(self, shown: Shown) -> None:
-        """Show a moment immediately, in the caller's thread."""
-        turned = self._turned(shown)
-        self.why.ask(shown.thing.grid, shown.run)
+    def show(self, state: DashboardState) -> None:
+        """Show a state immediately, in the caller's thread."""
+        turned = self._turned(state)
+        self.why.ask(state.object_snapshot.grid, state.run)
         self.stage.explanation = self.why.found
         self.panel.explain(self.why.html())
         self.stage.yaw = 0.0 if turned is None else turned.yaw
-        self.stage.show(shown, None if turned is None else turned.grid)
-        self.panel.show(shown, turned, self.total)
+        self.stage.show(state, None if turned is None else turned.grid)
+        self.panel.show(state, turned, self.total)
 
-    def _publish(self, make: Callable[[], Shown | None]) -> None:
-        shown = make()
-        if shown is not None:
-            self.show(shown)
+    def _publish(self, make: Callable[[], DashboardState | None]) -> None:
+        state = make()
+        if state is not None:
+            self.show(state)
 
-    def _turned(self, shown: Shown) -> TurnedObject | None:
+    def _turned(self, state: DashboardState) -> TurnedObject | None:
         if self._yaw == 0.0:
             return None
-        return turned_object(shown.thing, self._yaw, self._classifier)
+        return turned_object(state.object_snapshot, self._yaw, self._classifier)
 
     def _listen(self) -> None:
-        """Show the latest moment again after each change of a control."""
+        """Show the latest state again after each change of a control."""
         panel, again = self.panel, self.publisher.slot.again
 
         @panel.turn.on_update

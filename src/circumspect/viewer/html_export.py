@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from circumspect.storage import atomic_open
+from circumspect.viewer.dashboard_state import DashboardState, ObjectSnapshot
 from circumspect.viewer.guarded_server import guarded_server, stop
 from circumspect.viewer.panel import images_side_by_side
 from circumspect.viewer.panel_html import (
@@ -26,7 +27,6 @@ from circumspect.viewer.panel_html import (
 )
 from circumspect.viewer.played_run import PlayedRun
 from circumspect.viewer.probability_picture import probability_picture
-from circumspect.viewer.shown import Shown, ShownObject
 from circumspect.viewer.stage import Stage
 
 MOST_FRAMES = 300
@@ -92,42 +92,42 @@ def _page(played: PlayedRun, server: Any) -> str:
 
     stage, pictures = Stage(server), _Pictures()
     frames, panel = chosen_frames(len(played)), []
-    stage.show(played.shown(frames[-1]))
+    stage.show(played.state_at(frames[-1]))
     serializer = server.get_scene_serializer()
     for number, frame in enumerate(frames):
         last = number == len(frames) - 1
-        shown = played.shown(frame)
-        stage.show(shown if last else _thinned(shown))
-        panel.append(_panel_record(shown, pictures, len(played)))
+        state = played.state_at(frame)
+        stage.show(state if last else _thinned(state))
+        panel.append(_panel_record(state, pictures, len(played)))
         serializer._insert_message(RunJavascriptMessage(f"window.circumspectShow({number})"))
         serializer.insert_sleep(LAST_SECONDS if last else 1 / FRAMES_PER_SECOND)
     page = serializer.as_html()
     return _with_panel(page, played, panel, pictures.files)
 
 
-def _thinned(shown: Shown) -> Shown:
-    """The moment with fewer points."""
-    thing = shown.thing
-    every = -(-max(1, len(thing.points_xyz)) // MOST_POINTS)
-    fewer = ShownObject(
-        thing.points_xyz[::every], thing.normals_xyz[::every], thing.frames_seen[::every],
-        thing.grid,
+def _thinned(state: DashboardState) -> DashboardState:
+    """The state with fewer points."""
+    snapshot = state.object_snapshot
+    every = -(-max(1, len(snapshot.points_xyz)) // MOST_POINTS)
+    fewer = ObjectSnapshot(
+        snapshot.points_xyz[::every], snapshot.normals_xyz[::every], snapshot.frames_seen[::every],
+        snapshot.grid,
     )  # fmt: skip
-    return replace(shown, thing=fewer)
+    return replace(state, object_snapshot=fewer)
 
 
-def _panel_record(shown: Shown, pictures: _Pictures, total: int) -> dict[str, Any]:
-    """The contents of the panel at a moment, JSON types."""
-    row = shown.row
-    images, seen = shown.images, None
+def _panel_record(state: DashboardState, pictures: _Pictures, total: int) -> dict[str, Any]:
+    """The contents of the panel as JSON types."""
+    row = state.row
+    images, seen = state.images, None
     if images is not None:
         seen = pictures.of(images.frame, images_side_by_side(images))
     return {
-        "answer": answer_html(row, shown.truth, shown.message),
+        "answer": answer_html(row, state.truth, state.message),
         "bars": bars_html(row.get("probabilities")),
-        "faults": faults_html(shown.rows, shown.count),
+        "faults": faults_html(state.rows, state.count),
         "times": times_html(row),
-        "history": pictures.add(probability_picture(shown.rows, shown.count, total), "PNG"),
+        "history": pictures.add(probability_picture(state.rows, state.count, total), "PNG"),
         "images": seen,
     }
 

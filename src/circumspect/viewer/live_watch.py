@@ -21,7 +21,7 @@ from circumspect.runs.surroundings import Surroundings
 from circumspect.sensing import RgbdFrame
 from circumspect.simulation import GroundTruthRecorder, Scene
 from circumspect.viewer.dashboard import Dashboard
-from circumspect.viewer.shown import NOTHING, Shown, ShownImages, ShownObject
+from circumspect.viewer.dashboard_state import NOTHING, DashboardState, FrameImages, ObjectSnapshot
 
 _Moment = tuple[RecognitionStep, RgbdFrame | None, PlannedView | None, ObjectModel]
 
@@ -101,7 +101,7 @@ class LiveWatch:
         """Show a line about the run until it ends; may be called from any thread."""
         self.message = message
         if self._last is None:
-            self._dashboard.put(lambda: Shown((), 0, message=message, run=self))
+            self._dashboard.put(lambda: DashboardState((), 0, message=message, run=self))
         else:
             self._put(message)
 
@@ -154,19 +154,19 @@ class LiveWatch:
         assert self._last is not None
         last, rows = self._last, self._rows
         count = len(rows)
-        self._dashboard.put(lambda: self._shown(last, rows, count, message))
+        self._dashboard.put(lambda: self._state(last, rows, count, message))
 
-    def _shown(
+    def _state(
         self, last: _Moment, rows: Sequence[Mapping[str, Any]], count: int, message: str
-    ) -> Shown:
-        """Create the moment; runs in the dashboard's thread."""
+    ) -> DashboardState:
+        """Create the state; runs in the dashboard's thread."""
         step, frame, target, model = last
         pose = None if step.pose is None else step.pose.T_map_camera
-        return Shown(
+        return DashboardState(
             rows=rows,
             count=count,
-            thing=_shown_object(model, step.grid),
-            images=None if frame is None else ShownImages(frame.depth, frame.colour, step.index),
+            object_snapshot=_object_snapshot(model, step.grid),
+            images=None if frame is None else FrameImages(frame.depth, frame.colour, step.index),
             camera=None if frame is None else frame.camera,
             T_map_camera=pose,
             T_base_camera=None if frame is None else frame.T_base_camera,
@@ -180,13 +180,13 @@ class LiveWatch:
         )
 
 
-def _shown_object(model: ObjectModel, grid: OccupancyGrid | None) -> ShownObject:
+def _object_snapshot(model: ObjectModel, grid: OccupancyGrid | None) -> ObjectSnapshot:
     try:
         cloud, seen = model.cloud(), model.frames_seen()
     except GeometryError:
-        return ShownObject()
+        return ObjectSnapshot()
     normals = cloud.normals_xyz
-    return ShownObject(
+    return ObjectSnapshot(
         cloud.points_xyz,
         np.zeros_like(cloud.points_xyz) if normals is None else normals,
         seen,

@@ -19,12 +19,12 @@ class RunRequest:
     """A requested run.
 
     Attributes:
-        thing: Name of the object, from the offered list.
+        object_name: Name of the object, from the offered list.
         start_deg: Azimuth of the start [degrees].
         planner: Name of a view planner, from the offered list.
     """
 
-    thing: str
+    object_name: str
     start_deg: float
     planner: str
 
@@ -42,7 +42,7 @@ class NextRun:
         self,
         dashboard: Dashboard,
         controls: RunControls,
-        things: tuple[str, ...],
+        object_names: tuple[str, ...],
         first: RunRequest,
     ) -> None:
         """Add the tab.
@@ -50,16 +50,22 @@ class NextRun:
         Args:
             dashboard: The dashboard.
             controls: Controls of the current run, which stops when another one is requested.
-            things: Objects to choose from.
+            object_names: Objects to choose from.
             first: The current run; its object is offered as well.
         """
         self.requests: queue.Queue[RunRequest] = queue.Queue()
-        self._things = things if first.thing in things else (first.thing, *things)
+        self._object_names = (
+            object_names
+            if first.object_name in object_names
+            else (first.object_name, *object_names)
+        )
         # MODULE:NAME of the first run is offered as well.
         self._planners = tuple(dict.fromkeys((*PLANNER_REGISTRY.names(), first.planner)))
         gui = dashboard.server.gui
         with dashboard.panel.tabs.add_tab("New run"):
-            self.thing = gui.add_dropdown("object", self._things, initial_value=first.thing)
+            self.object_name = gui.add_dropdown(
+                "object", self._object_names, initial_value=first.object_name
+            )
             start = float(round(first.start_deg % 360.0))
             self.start = gui.add_slider("start [°]", 0.0, 360.0, 1.0, start)
             self.planner = gui.add_dropdown("planner", self._planners, initial_value=first.planner)
@@ -73,9 +79,9 @@ class NextRun:
 
     def wanted(self) -> RunRequest:
         """The run that is currently selected."""
-        thing, planner = str(self.thing.value), str(self.planner.value)
+        object_name, planner = str(self.object_name.value), str(self.planner.value)
         return RunRequest(
-            thing if thing in self._things else self._things[0],
+            object_name if object_name in self._object_names else self._object_names[0],
             clipped(self.start.value, 0.0, 360.0),
             planner if planner in self._planners else self._planners[0],
         )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from circumspect.runs.playback_moment import thinned
 from circumspect.viewer.colouring import COLOURINGS, depth_picture
+from circumspect.viewer.dashboard_state import DashboardState, FrameImages
 from circumspect.viewer.panel_html import (
     answer_html,
     bars_html,
@@ -17,7 +18,6 @@ from circumspect.viewer.panel_html import (
     times_html,
 )
 from circumspect.viewer.probability_picture import probability_picture
-from circumspect.viewer.shown import Shown, ShownImages
 from circumspect.viewer.stage import LAYERS
 from circumspect.viewer.turned_object import TurnedObject
 
@@ -79,24 +79,26 @@ class Panel:
         """Show an explanation, HTML."""
         self._show_html("why", self._why, text)
 
-    def show(self, shown: Shown, turned: TurnedObject | None, total: int | None = None) -> None:
-        """Show a moment.
+    def show(
+        self, state: DashboardState, turned: TurnedObject | None, total: int | None = None
+    ) -> None:
+        """Show a state.
 
         Args:
-            shown: The moment.
+            state: The state.
             turned: The object rotated by the slider; None without rotation.
             total: Number of frames in the width of the history.
         """
-        row = shown.row
-        self._show_html("answer", self._answer, answer_html(row, shown.truth, shown.message))
+        row = state.row
+        self._show_html("answer", self._answer, answer_html(row, state.truth, state.message))
         self._show_html("bars", self._bars, bars_html(row.get("probabilities")))
         self._show_html("times", self._times, times_html(row))
-        self._show_html("faults", self._faults, faults_html(shown.rows, shown.count))
+        self._show_html("faults", self._faults, faults_html(state.rows, state.count))
         self._coverage.value = 100.0 * float(row.get("coverage", 0.0))
-        self._history.image = probability_picture(shown.rows, shown.count, total)
-        if shown.images is not None:
-            self._images.image = images_side_by_side(shown.images)
-        elif shown.count == 0:
+        self._history.image = probability_picture(state.rows, state.count, total)
+        if state.images is not None:
+            self._images.image = images_side_by_side(state.images)
+        elif state.count == 0:
             self._images.image = _blank()
         self._show_turned(turned, row.get("label"))
 
@@ -127,7 +129,7 @@ class Panel:
             handle.content = text
 
 
-def images_side_by_side(images: ShownImages) -> NDArray[np.uint8]:
+def images_side_by_side(images: FrameImages) -> NDArray[np.uint8]:
     """Depth and colour image side by side, each about `IMAGE_WIDTH` wide."""
     depth = depth_picture(thinned(images.depth, IMAGE_WIDTH))
     if images.colour is None:

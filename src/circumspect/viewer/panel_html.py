@@ -18,7 +18,7 @@ def answer_html(row: Mapping[str, Any], truth: str | None = None, message: str =
     """The answer in large letters, and the outcome of the frame.
 
     Args:
-        row: See `Shown.row`.
+        row: See `DashboardState.row`.
         truth: The true class, if known.
         message: An additional line.
     """

@@ -1,4 +1,4 @@
-"""Playback of a finished run: its moments for the dashboard."""
+"""Playback of a finished run: the dashboard's state at each frame."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from scipy.spatial.transform import RigidTransform
 
 from circumspect.geometry import PlanarPose
 from circumspect.runs.playback_moment import PlaybackMoment
+from circumspect.viewer.dashboard_state import NOTHING, DashboardState, FrameImages, ObjectSnapshot
 from circumspect.viewer.saved_run import SavedRun
-from circumspect.viewer.shown import NOTHING, Shown, ShownImages, ShownObject
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class _View:
 
 
 class PlayedRun:
-    """Creates the `Shown` of any frame of a saved run."""
+    """Creates the `DashboardState` of any frame of a saved run."""
 
     def __init__(self, run: SavedRun) -> None:
         """Assign poses to frames."""
@@ -40,8 +40,8 @@ class PlayedRun:
     def __len__(self) -> int:
         return len(self.run.rows)
 
-    def shown(self, frame: int) -> Shown:
-        """The moment of a frame.
+    def state_at(self, frame: int) -> DashboardState:
+        """The state at a frame.
 
         Args:
             frame: Number from 0; the last frame shows the final object with all points.
@@ -49,21 +49,21 @@ class PlayedRun:
         run, count = self.run, frame + 1
         moment = run.moment(frame)
         last = frame == len(run.rows) - 1
-        thing = ShownObject()
+        snapshot = ObjectSnapshot()
         if last and len(run.points_xyz):
-            thing = self._final(moment)
+            snapshot = self._final(moment)
         elif moment is not None:
-            thing = ShownObject(
+            snapshot = ObjectSnapshot(
                 moment.points_xyz, moment.normals_xyz, moment.frames_seen, moment.grid
             )
         message = " · ".join(run.missing) if last or frame == 0 else ""
-        return Shown(
+        return DashboardState(
             rows=run.rows,
             count=count,
-            thing=thing,
+            object_snapshot=snapshot,
             images=None
             if moment is None
-            else ShownImages(moment.depth, moment.colour, moment.frame),
+            else FrameImages(moment.depth, moment.colour, moment.frame),
             camera=None if moment is None else moment.camera,
             T_map_camera=self._poses.get(frame),
             T_base_camera=None if moment is None else moment.T_base_camera,
@@ -76,7 +76,7 @@ class PlayedRun:
             extent_xyz=self._extent_xyz,
         )
 
-    def _final(self, moment: PlaybackMoment | None) -> ShownObject:
+    def _final(self, moment: PlaybackMoment | None) -> ObjectSnapshot:
         """The object of model.ply, with the frame counts of the last moment."""
         run = self.run
         seen = np.ones(len(run.points_xyz), np.int64)
@@ -85,7 +85,7 @@ class PlayedRun:
 
             _, nearest = KDTree(moment.points_xyz).query(run.points_xyz)
             seen = moment.frames_seen[nearest]
-        return ShownObject(run.points_xyz, run.normals_xyz, seen, run.grid)
+        return ObjectSnapshot(run.points_xyz, run.normals_xyz, seen, run.grid)
 
     def _target(self, moment: PlaybackMoment) -> _View | None:
         """The next view; equal views are the same instance, so that they are drawn once."""

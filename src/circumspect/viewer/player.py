@@ -44,7 +44,7 @@ class Player:
     def show(self, frame: int) -> None:
         """Show a frame, numbered from 0 and clipped to the run."""
         number = int(np.clip(frame, 0, len(self._played) - 1))
-        self._dashboard.put(lambda: self._played.shown(number))
+        self._dashboard.put(lambda: self._played.state_at(number))
 
     def close(self) -> None:
         """Stop playback."""

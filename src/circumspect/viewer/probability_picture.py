@@ -26,7 +26,7 @@ def probability_picture(
     """Draw stacked bars over the frame number, with ticks for probabilities and frames.
 
     Args:
-        rows: See `Shown.rows`.
+        rows: See `DashboardState.rows`.
         count: Number of rows to use.
         total: Number of frames in the width; None means `count`.
 
@@ -45,7 +45,7 @@ def probability_bars(
     """Draw a column of stacked bars per frame, the oldest on the left.
 
     Args:
-        rows: See `Shown.rows`.
+        rows: See `DashboardState.rows`.
         count: Number of rows to use.
         frames: Number of frames in the width.
 

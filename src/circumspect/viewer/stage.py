@@ -30,8 +30,8 @@ from circumspect.viewer.colouring import (
     sequential,
     signed,
 )
+from circumspect.viewer.dashboard_state import DashboardState, FrameImages, ObjectSnapshot
 from circumspect.viewer.occupied_cells import cell_boxes, outline, robot_boxes
-from circumspect.viewer.shown import Shown, ShownImages, ShownObject
 from circumspect.viewer.why import Explanation
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class Stage:
         self.explanation: Explanation | None = None
         self._nodes: dict[str, Any] = {}
         self._grid_drawn: tuple[object, ...] = ()
-        self._pictured: ShownImages | None = None
+        self._pictured: FrameImages | None = None
         self._shown_surroundings: Surroundings | None = None
         self._lookout_set = False
         self._visible = dict(LAYERS)
@@ -116,58 +116,58 @@ class Stage:
         self._shown_surroundings = surroundings
         if surroundings is None:
             return
-        for number, thing in enumerate(surroundings.things):
+        for number, mesh in enumerate(surroundings.meshes):
             self._put(
                 f"/room/{number}", self._scene.add_mesh_simple, position=(0.0, 0.0, 0.0),
-                vertices=np.asarray(thing.vertices_xyz, np.float32),
-                faces=np.asarray(thing.faces, np.uint32),
-                color=pale(thing.colour),
-                opacity=WALL_OPACITY if thing.wall else CLUTTER_OPACITY,
+                vertices=np.asarray(mesh.vertices_xyz, np.float32),
+                faces=np.asarray(mesh.faces, np.uint32),
+                color=pale(mesh.colour),
+                opacity=WALL_OPACITY if mesh.wall else CLUTTER_OPACITY,
                 flat_shading=True, side="double", cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
 
-    def show(self, shown: Shown, turned: OccupancyGrid | None = None) -> None:
-        """Show a moment as a single update.
+    def show(self, state: DashboardState, turned: OccupancyGrid | None = None) -> None:
+        """Show a state as a single update.
 
         Args:
-            shown: The moment.
+            state: The state.
             turned: Grid of the rotated object; None without rotation.
         """
         with self._server.atomic():
             # Before the first frame, all nodes belong to another run.
-            if shown.count == 0 or shown.surroundings is not self._shown_surroundings:
+            if state.count == 0 or state.surroundings is not self._shown_surroundings:
                 self._clear()
-                self._show_surroundings(shown.surroundings)
-            self._show_object(shown.thing)
-            self._show_grid(shown.thing.grid if turned is None else turned)
-            self._show_camera(shown)
-            self._show_paths(shown)
-            self._show_target(shown)
-        self._look_at(shown)
+                self._show_surroundings(state.surroundings)
+            self._show_object(state.object_snapshot)
+            self._show_grid(state.object_snapshot.grid if turned is None else turned)
+            self._show_camera(state)
+            self._show_paths(state)
+            self._show_target(state)
+        self._look_at(state)
 
-    def colours(self, thing: ShownObject) -> NDArray[np.uint8]:
+    def colours(self, snapshot: ObjectSnapshot) -> NDArray[np.uint8]:
         """(n, 3) RGB of the object's points."""
         if self.colouring == FRAMES:
-            return sequential(np.log2(1.0 + np.asarray(thing.frames_seen, np.float64)))
+            return sequential(np.log2(1.0 + np.asarray(snapshot.frames_seen, np.float64)))
         if self.colouring == NORMAL:
-            return directions(thing.normals_xyz)
+            return directions(snapshot.normals_xyz)
         if self.colouring == EVIDENCE and self.explanation is not None:
-            return signed(self.explanation.at(thing.points_xyz))
-        return sequential(thing.points_xyz[:, 2])
+            return signed(self.explanation.at(snapshot.points_xyz))
+        return sequential(snapshot.points_xyz[:, 2])
 
-    def _pivot(self, thing: ShownObject) -> NDArray[np.float64]:
+    def _pivot(self, snapshot: ObjectSnapshot) -> NDArray[np.float64]:
         """(3,) [m] pivot of the rotation and origin of the object's points."""
-        if thing.grid is not None:
-            return np.asarray(thing.grid.grid.centre_xyz)
-        return thing.points_xyz.mean(axis=0) if len(thing.points_xyz) else np.zeros(3)
+        if snapshot.grid is not None:
+            return np.asarray(snapshot.grid.grid.centre_xyz)
+        return snapshot.points_xyz.mean(axis=0) if len(snapshot.points_xyz) else np.zeros(3)
 
-    def _show_object(self, thing: ShownObject) -> None:
-        known, pivot, wxyz = len(thing.points_xyz) > 0, self._pivot(thing), _about_z(self.yaw)
-        local = (thing.points_xyz - pivot).astype(np.float16)
+    def _show_object(self, snapshot: ObjectSnapshot) -> None:
+        known, pivot, wxyz = len(snapshot.points_xyz) > 0, self._pivot(snapshot), _about_z(self.yaw)
+        local = (snapshot.points_xyz - pivot).astype(np.float16)
         if known or "/object" in self._nodes:
             self._put(
                 "/object", self._scene.add_point_cloud, position=pivot, wxyz=wxyz,
-                points=local, colors=self.colours(thing), point_size=0.009,
+                points=local, colors=self.colours(snapshot), point_size=0.009,
                 point_shape="circle", point_shading="flat",
             )  # fmt: skip
         if not known:
@@ -175,7 +175,7 @@ class Stage:
         if not (known and self._visible["normals"]):
             return
         every = -(-len(local) // MOST_NORMALS)
-        ends = local[::every] + NORMAL_LENGTH * np.asarray(thing.normals_xyz)[::every]
+        ends = local[::every] + NORMAL_LENGTH * np.asarray(snapshot.normals_xyz)[::every]
         self._put_lines(
             "/normals/lines", np.stack([local[::every], ends], axis=1), INK, 0.002, pivot, wxyz
         )
@@ -210,18 +210,18 @@ class Stage:
             )  # fmt: skip
         self._put_lines("/grid/outline", outline(grid), OUTLINE, 0.004, centre)
 
-    def _show_camera(self, shown: Shown) -> None:
-        pose = shown.T_map_camera
+    def _show_camera(self, state: DashboardState) -> None:
+        pose = state.T_map_camera
         if pose is None:
             self._drop_all("/camera")
             self._drop_all("/robot")
             self._pictured = None
             return
-        known, image = shown.camera or PinholeCamera.xtion(), None
-        if shown.images is not None and shown.images is not self._pictured:
-            self._pictured = shown.images
-            seen = shown.images.colour
-            image = depth_picture(thinned(shown.images.depth)) if seen is None else thinned(seen)
+        known, image = state.camera or PinholeCamera.xtion(), None
+        if state.images is not None and state.images is not self._pictured:
+            self._pictured = state.images
+            seen = state.images.colour
+            image = depth_picture(thinned(state.images.depth)) if seen is None else thinned(seen)
         self._put(
             "/camera", self._scene.add_camera_frustum, position=pose.translation,
             wxyz=pose.rotation.as_quat(scalar_first=True), image=image,
@@ -229,8 +229,8 @@ class Stage:
             aspect=known.width / known.height, scale=0.25, color=PATH, format="jpeg",
             jpeg_quality=70, thickness=0.006, cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
-        if shown.T_base_camera is not None:
-            self._show_robot(pose * shown.T_base_camera.inv(), shown.T_base_camera)
+        if state.T_base_camera is not None:
+            self._show_robot(pose * state.T_base_camera.inv(), state.T_base_camera)
 
     def _show_robot(self, T_map_base: RigidTransform, T_base_camera: RigidTransform) -> None:
         new = "/robot" not in self._nodes
@@ -245,9 +245,9 @@ class Stage:
                     dimensions=size, cast_shadow=False, receive_shadow=False,
                 )  # fmt: skip
 
-    def _show_paths(self, shown: Shown) -> None:
+    def _show_paths(self, state: DashboardState) -> None:
         for name, path, colour in (
-            ("registration", shown.path_xyz, PATH), ("odometry", shown.odometry_xyz, ODOMETRY),
+            ("registration", state.path_xyz, PATH), ("odometry", state.odometry_xyz, ODOMETRY),
         ):  # fmt: skip
             every = max(1, len(path) // MOST_VERTICES)
             corners = np.vstack([path[:-1:every], path[-1:]])
@@ -256,8 +256,8 @@ class Stage:
             lines = np.stack([corners[:-1], corners[1:]], axis=1)
             self._put_lines(f"/paths/{name}", lines, colour, 0.012)
 
-    def _show_target(self, shown: Shown) -> None:
-        view = shown.target
+    def _show_target(self, state: DashboardState) -> None:
+        view = state.target
         if view is None:
             self._drop_all("/target/")
             return
@@ -309,7 +309,7 @@ class Stage:
                 setattr(handle, prop, props[prop])
 
     def _drop_all(self, beginning: str) -> None:
-        """Remove nodes that are not in this moment, children before their parents."""
+        """Remove nodes that are not in this state, children before their parents."""
         for name in [name for name in self._nodes if name.startswith(beginning)][::-1]:
             self._drop(name)
 
@@ -318,19 +318,19 @@ class Stage:
         if handle is not None:
             handle.remove()
 
-    def _look_at(self, shown: Shown) -> None:
+    def _look_at(self, state: DashboardState) -> None:
         """Set the browsers' view to the object from beside the robot's start, once per run."""
-        if self._lookout_set or len(shown.thing.points_xyz) == 0:
+        if self._lookout_set or len(state.object_snapshot.points_xyz) == 0:
             return
-        extent = shown.extent_xyz
+        extent = state.extent_xyz
         if extent is None:
-            points = shown.thing.points_xyz
+            points = state.object_snapshot.points_xyz
             extent = np.stack([points.min(axis=0), points.max(axis=0)])
         middle = extent.mean(axis=0).astype(np.float64)
         reach = max(float(np.linalg.norm(extent[1] - extent[0])) / 2, SMALLEST_REACH)
         away = np.array([1.0, -0.4, 0.0])
-        if len(shown.path_xyz):
-            away = (shown.path_xyz[0] - middle) * [1.0, 1.0, 0.0]
+        if len(state.path_xyz):
+            away = (state.path_xyz[0] - middle) * [1.0, 1.0, 0.0]
         away = away / max(float(np.linalg.norm(away)), 1e-6)
         side = np.array([-away[1], away[0], 0.0])
         position, look_at = lookout(middle, reach, -0.9 * away - 2.3 * side)

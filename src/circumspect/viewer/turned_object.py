@@ -11,7 +11,7 @@ from circumspect.classification import Classifier, Prediction
 from circumspect.errors import CircumspectError
 from circumspect.geometry import PointCloud
 from circumspect.grid import OccupancyGrid
-from circumspect.viewer.shown import ShownObject
+from circumspect.viewer.dashboard_state import ObjectSnapshot
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,19 +29,21 @@ class TurnedObject:
     prediction: Prediction
 
 
-def turned_object(thing: ShownObject, yaw: float, classifier: Classifier) -> TurnedObject | None:
+def turned_object(
+    snapshot: ObjectSnapshot, yaw: float, classifier: Classifier
+) -> TurnedObject | None:
     """Rotate the points, grid and classify them again; None if the object has no grid.
 
     Args:
-        thing: The object.
+        snapshot: The object.
         yaw: Angle, counter-clockwise seen from above [rad].
         classifier: Classifies the rotated object.
     """
-    if thing.grid is None or len(thing.points_xyz) == 0:
+    if snapshot.grid is None or len(snapshot.points_xyz) == 0:
         return None
-    bounds = thing.grid.grid
+    bounds = snapshot.grid.grid
     centre = np.asarray(bounds.centre_xyz)
-    points = Rotation.from_euler("z", yaw).apply(thing.points_xyz - centre) + centre
+    points = Rotation.from_euler("z", yaw).apply(snapshot.points_xyz - centre) + centre
     grid = bounds.hits(points)
     try:
         prediction = classifier.classify_grid(grid, metric=True)

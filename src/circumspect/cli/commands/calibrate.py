@@ -75,7 +75,7 @@ class Calibrate:
         assert isinstance(classifier, OnnxClassifier)
         if not isinstance(input_spec, GridSpec) or not input_spec.takes_context:
             raise InputError(f"{self.model}: was not trained with --scans; there is nothing to fit")
-        sources = held_back_objects(classifier, self.data, self.catalogue)
+        sources = calibration_objects(classifier, self.data, self.catalogue)
         with progress_bar("simulated scans") as progress:
             augmentation = scan_augmentation(classifier)
             scans = held_back_scans(
@@ -102,7 +102,7 @@ class Calibrate:
         return 0
 
 
-def held_back_objects(
+def calibration_objects(
     classifier: OnnxClassifier, data: Path, catalogues: Sequence[Path]
 ) -> list[LabelledSurfaces]:
     """The held-back objects of a network, and procedural objects.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from circumspect.cli.floor import object_to_name, say_of_floor
+from circumspect.cli.floor import object_to_name, print_floor_hint
 from circumspect.cli.model_flag import ROBOT, ModelFlag
 from circumspect.cli.object_cloud import Unit, grid_in_metres, metres_per_unit, object_cloud
 from circumspect.cli.say import say
@@ -108,7 +108,7 @@ class Classify:
         else:
             prediction = classifier.classify(cloud, metric=metric)
         if not self.cut_floor:
-            say_of_floor(file, cloud, shown.up_unknown, prediction)
+            print_floor_hint(file, cloud, shown.up_unknown, prediction)
         return prediction_record(file, prediction, points, 1e3 * (loaded - start)) | more
 
     def _print(self, record: dict[str, Any]) -> None:

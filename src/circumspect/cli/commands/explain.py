@@ -18,7 +18,7 @@ from circumspect.cli.commands.classify import (
     up_of,
     up_text,
 )
-from circumspect.cli.floor import object_to_name, say_of_floor
+from circumspect.cli.floor import object_to_name, print_floor_hint
 from circumspect.cli.model_flag import ROBOT, ModelFlag
 from circumspect.cli.object_cloud import (
     Unit,
@@ -129,7 +129,7 @@ class Explain:
             # The answer may be not confident because of other poses.
             found = replace(found, evidence=replace(found.evidence, prediction=prediction))
         if not self.cut_floor:
-            say_of_floor(self.file, cloud, shown.up_unknown, found.evidence.prediction)
+            print_floor_hint(self.file, cloud, shown.up_unknown, found.evidence.prediction)
         return found, more
 
     @property

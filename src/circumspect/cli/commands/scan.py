@@ -198,13 +198,13 @@ class Scan:
             start_deg = self.start
         if not np.isfinite(start_deg):
             raise InputError(f"--start {start_deg}: give degrees")
-        thing = scanned_object(self.object, variant, self.up, self.height, self.data)
+        scanned = scanned_object(self.object, variant, self.up, self.height, self.data)
         config = {
             "command": command,
             "version": __version__,
-            "object": thing.name,
-            "true_label": thing.label,
-            "truth": thing.label,
+            "object": scanned.name,
+            "true_label": scanned.label,
+            "truth": scanned.label,
             "seed": seed,
             "start_deg": start_deg,
             "planner": self.planner,
@@ -219,7 +219,7 @@ class Scan:
         try:
             with flags_named(self, *checked):
                 return SimulatedScan.prepared(
-                    thing.mesh, self.world, self.driving, self._planner(), classifier, config,
+                    scanned.mesh, self.world, self.driving, self._planner(), classifier, config,
                     colour=self.viewer, real_time=self.real_time,
                 )  # fmt: skip
         except InputError as error:
@@ -288,7 +288,7 @@ def watched_scans(scan: Scan, command: str, given: Any = None) -> int:
                 try:
                     running.scan(parts, command, watch, given if running is scan else None)
                 except RunStopped:
-                    say("stopped; another run was asked for")
+                    say("stopped; another run was requested")
                 ended = True
                 controls.release()
                 running, parts = _next_run(scan, command, following)
@@ -316,10 +316,10 @@ def _next_run(first: Scan, command: str, following: NextRun) -> tuple[Scan, Simu
         request = _latest(following.requests)
         # Seed, folder and recording are those of the first run only.
         wanted = replace(
-            first, object=request.thing, start=request.start_deg, planner=request.planner,
+            first, object=request.object_name, start=request.start_deg, planner=request.planner,
             seed=None, out=None, record=None,
         )  # fmt: skip
-        if request.thing != first.object:
+        if request.object_name != first.object:
             wanted = replace(wanted, data=None, up=None, height=None)
         try:
             return wanted, wanted.prepared(command)

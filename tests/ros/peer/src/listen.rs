@@ -1,4 +1,4 @@
-//! Prints what a circumspect node tells, one JSON line a message.
+//! Prints the messages of a circumspect node, one JSON line each.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use ros2_client::{
 use crate::messages::*;
 use crate::node::subscription;
 
-struct Heard {
+struct Subscriptions {
     model: Subscription<PointCloud2>,
     detections: Subscription<Detection3DArray>,
     path: Subscription<Path>,
@@ -23,7 +23,7 @@ pub fn listen(node: &mut Node, name: &str, span: Duration) {
     let live = QosProfile::subscription_default().history_last(20).reliable();
     let latched = live.clone().durability(Durability::TransientLocal);
     let below = |topic: &str| format!("/{name}/{topic}");
-    let heard = Heard {
+    let subscriptions = Subscriptions {
         model: subscribed(node, &below("model"), PointCloud2::kind(), &latched),
         detections: subscribed(node, &below("detections"), Detection3DArray::kind(), &latched),
         path: subscribed(node, &below("path"), Path::kind(), &latched),
@@ -34,7 +34,7 @@ pub fn listen(node: &mut Node, name: &str, span: Duration) {
     println!("{{\"topic\": \"ready\"}}");
     let start = Instant::now();
     while start.elapsed() < span {
-        if !heard.print_all() {
+        if !subscriptions.print_all() {
             sleep(Duration::from_millis(5));
         }
     }
@@ -49,7 +49,7 @@ fn subscribed<M: Message + 'static>(
     subscription(node, topic, kind, qos)
 }
 
-/// The next message; what can not be read is told, too.
+/// The next message; an unreadable one is printed as such.
 fn next<M: Message + 'static>(topic: &str, from: &Subscription<M>) -> Option<M> {
     match from.take() {
         Ok(taken) => taken.map(|(message, _)| message),
@@ -60,44 +60,44 @@ fn next<M: Message + 'static>(topic: &str, from: &Subscription<M>) -> Option<M> 
     }
 }
 
-impl Heard {
+impl Subscriptions {
     fn print_all(&self) -> bool {
         let mut any = false;
-        if let Some(told) = next("model", &self.model) {
+        if let Some(message) = next("model", &self.model) {
             any = true;
-            println!("{}", model(&told));
+            println!("{}", model(&message));
         }
-        if let Some(told) = next("detections", &self.detections) {
+        if let Some(message) = next("detections", &self.detections) {
             any = true;
-            println!("{}", detections(&told));
+            println!("{}", detections(&message));
         }
-        if let Some(told) = next("path", &self.path) {
+        if let Some(message) = next("path", &self.path) {
             any = true;
-            let last = told.poses.last().map(|stamped| place(&stamped.pose));
+            let last = message.poses.last().map(|stamped| place(&stamped.pose));
             println!(
                 "{{\"topic\": \"path\", \"frame\": {:?}, \"poses\": {}, \"last\": {}}}",
-                told.header.frame_id,
-                told.poses.len(),
+                message.header.frame_id,
+                message.poses.len(),
                 last.unwrap_or("null".into()),
             );
         }
-        if let Some(told) = next("next_view", &self.next_view) {
+        if let Some(message) = next("next_view", &self.next_view) {
             any = true;
-            let frame = &told.header.frame_id;
+            let frame = &message.header.frame_id;
             println!(
                 "{{\"topic\": \"next_view\", \"frame\": {frame:?}, \"place\": {}}}",
-                place(&told.pose)
+                place(&message.pose)
             );
         }
-        if let Some(told) = next("diagnostics", &self.diagnostics) {
+        if let Some(message) = next("diagnostics", &self.diagnostics) {
             any = true;
-            for status in &told.status {
+            for status in &message.status {
                 println!("{}", diagnosis(status));
             }
         }
-        if let Some(told) = next("tf", &self.transforms) {
+        if let Some(message) = next("tf", &self.transforms) {
             any = true;
-            for stamped in &told.transforms {
+            for stamped in &message.transforms {
                 println!(
                     "{{\"topic\": \"tf\", \"parent\": {:?}, \"child\": {:?}}}",
                     stamped.header.frame_id, stamped.child_frame_id
@@ -108,38 +108,38 @@ impl Heard {
     }
 }
 
-fn model(told: &PointCloud2) -> String {
-    let names: Vec<&str> = told.fields.iter().map(|field| field.name.as_str()).collect();
+fn model(message: &PointCloud2) -> String {
+    let names: Vec<&str> = message.fields.iter().map(|field| field.name.as_str()).collect();
     let mut low = [f32::INFINITY; 3];
     let mut high = [f32::NEG_INFINITY; 3];
-    for point in told.data.chunks_exact(told.point_step as usize) {
+    for point in message.data.chunks_exact(message.point_step as usize) {
         for axis in 0..3 {
-            let at = told.fields[axis].offset as usize;
+            let at = message.fields[axis].offset as usize;
             let value = f32::from_le_bytes(point[at..at + 4].try_into().unwrap());
             low[axis] = low[axis].min(value);
             high[axis] = high[axis].max(value);
         }
     }
-    let (low, high) = if told.width == 0 { ([0.0; 3], [0.0; 3]) } else { (low, high) };
+    let (low, high) = if message.width == 0 { ([0.0; 3], [0.0; 3]) } else { (low, high) };
     format!(
         "{{\"topic\": \"model\", \"frame\": {:?}, \"points\": {}, \"fields\": {names:?}, \"low\": \
          {low:?}, \"high\": {high:?}}}",
-        told.header.frame_id, told.width
+        message.header.frame_id, message.width
     )
 }
 
-fn detections(told: &Detection3DArray) -> String {
+fn detections(message: &Detection3DArray) -> String {
     let mut best = String::from("null");
-    if let Some(result) = told.detections.first().and_then(|one| one.results.first()) {
+    if let Some(result) = message.detections.first().and_then(|one| one.results.first()) {
         best = format!("{:?}", result.hypothesis.class_id);
     }
-    let score = told.detections.first().and_then(|one| one.results.first());
-    let stamp = &told.header.stamp;
+    let score = message.detections.first().and_then(|one| one.results.first());
+    let stamp = &message.header.stamp;
     format!(
         "{{\"topic\": \"detections\", \"frame\": {:?}, \"count\": {}, \"label\": {best}, \
          \"score\": {}, \"stamp\": {}.{:09}}}",
-        told.header.frame_id,
-        told.detections.len(),
+        message.header.frame_id,
+        message.detections.len(),
         score.map_or(0.0, |result| result.hypothesis.score),
         stamp.sec,
         stamp.nanosec,
@@ -164,8 +164,8 @@ fn place(pose: &Pose) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// Prints every node and topic that is found within some time.
-pub fn look_round(node: &mut Node, context: &ros2_client::Context, span: Duration) {
+/// Prints every node and topic that is discovered within a time.
+pub fn print_topics(node: &mut Node, context: &ros2_client::Context, span: Duration) {
     let spinner = node.spinner().unwrap();
     let events = node.status_receiver().unwrap();
     std::thread::spawn(move || futures::executor::block_on(spinner.spin()));

@@ -1,4 +1,4 @@
-//! The other end of the wire in circumspect's tests: RustDDS, which shares no code with Cyclone.
+//! An independent ROS 2 peer for circumspect's tests: RustDDS shares no code with Cyclone DDS.
 //!
 //! ros2-peer DOMAIN talk SCENE RATE best-effort|reliable ROUNDS
 //! ros2-peer DOMAIN listen NODE SECONDS
@@ -22,15 +22,15 @@ fn main() {
     let context = node::context(words[0].parse().expect("a domain"));
     let mut node = node::node(&context);
     match words[1..] {
-        ["talk", scene, rate, manner, rounds] => {
-            let manner = talk::Manner {
+        ["talk", scene, rate, reliability, rounds] => {
+            let settings = talk::PublishSettings {
                 rate: rate.parse().expect("a rate"),
-                reliable: manner == "reliable",
+                reliable: reliability == "reliable",
                 rounds: rounds.parse().expect("a count"),
                 patience: PATIENCE,
             };
-            talk::talk(&mut node, &scene::Scene::read(scene).expect("a scene"), &manner);
-            // What is on its way must arrive.
+            talk::talk(&mut node, &scene::Scene::read(scene).expect("a scene"), &settings);
+            // The last samples must arrive before the process ends.
             std::thread::sleep(Duration::from_millis(500));
         }
         ["listen", name, seconds] => listen::listen(&mut node, name, seconds_of(seconds)),
@@ -39,7 +39,7 @@ fn main() {
                 talk::command(&mut node, topic, PATIENCE);
             }
         }
-        ["topics", seconds] => listen::look_round(&mut node, &context, seconds_of(seconds)),
+        ["topics", seconds] => listen::print_topics(&mut node, &context, seconds_of(seconds)),
         _ => panic!("talk, listen, command or topics"),
     }
 }

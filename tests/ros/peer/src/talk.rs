@@ -1,4 +1,4 @@
-//! Publishes what a robot sees: depth, CameraInfo, odometry, and where the camera is mounted.
+//! Publishes depth images, CameraInfo, odometry and the mount of the camera, as a robot does.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -13,10 +13,10 @@ const DEPTH: &str = "/camera/depth/image_rect_raw";
 const OPTICAL: &str = "camera_depth_optical_frame";
 
 /// How frames are published.
-pub struct Manner {
+pub struct PublishSettings {
     pub rate: f64,
     pub reliable: bool,
-    /// The scene is published so often, with stamps that go on.
+    /// How often the scene is published; the stamps increase throughout.
     pub rounds: usize,
     pub patience: Duration,
 }
@@ -28,8 +28,8 @@ struct Robot {
     mount: Publisher<TFMessage>,
 }
 
-pub fn talk(node: &mut Node, scene: &Scene, manner: &Manner) {
-    let sensor = publisher_qos(manner.reliable, 30);
+pub fn talk(node: &mut Node, scene: &Scene, settings: &PublishSettings) {
+    let sensor = publisher_qos(settings.reliable, 30);
     let fixed = publisher_qos(true, 1).durability(Durability::TransientLocal);
     let robot = Robot {
         depth: publisher(node, DEPTH, Image::kind(), &sensor),
@@ -38,21 +38,21 @@ pub fn talk(node: &mut Node, scene: &Scene, manner: &Manner) {
         mount: publisher(node, "/tf_static", TFMessage::kind(), &fixed),
     };
     robot.mount.publish(mounted(scene)).unwrap();
-    wait_for_reader(node, manner.patience);
-    let span = manner.rounds as f64 * scene.frames.len() as f64;
+    wait_for_reader(node, settings.patience);
+    let span = settings.rounds as f64 * scene.frames.len() as f64;
     let images: Vec<Image> = scene.frames.iter().map(|frame| image(scene, frame)).collect();
     let start = Instant::now();
     for count in 0..span as usize {
         let at = count % scene.frames.len();
-        let due = start + Duration::from_secs_f64(count as f64 / manner.rate);
+        let due = start + Duration::from_secs_f64(count as f64 / settings.rate);
         sleep(due.saturating_duration_since(Instant::now()));
         let round = (count / scene.frames.len()) as f64;
-        let length = scene.frames.len() as f64 / manner.rate;
-        tell(&robot, scene, &scene.frames[at], &images[at], round * length);
+        let length = scene.frames.len() as f64 / settings.rate;
+        publish_frame(&robot, scene, &scene.frames[at], &images[at], round * length);
     }
     let spent = start.elapsed().as_secs_f64();
     println!("{{\"topic\": \"end\", \"sent\": {}, \"seconds\": {spent:.3}}}", span as usize);
-    // What got lost is asked for a heartbeat later, and only a talker that is still there has it.
+    // Readers request lost samples after a heartbeat; until then this writer must stay alive.
     std::io::stdin().read_line(&mut String::new()).unwrap();
 }
 
@@ -62,13 +62,13 @@ fn wait_for_reader(node: &Node, patience: Duration) {
         assert!(start.elapsed() < patience, "nobody reads {DEPTH}");
         sleep(Duration::from_millis(20));
     }
-    // Both sides have to know each other, on every topic: whoever cares says when they do.
+    // Discovery must finish on both sides and on every topic. The caller checks that and sends a line.
     sleep(Duration::from_millis(500));
     println!("{{\"topic\": \"ready\"}}");
     std::io::stdin().read_line(&mut String::new()).unwrap();
 }
 
-fn tell(robot: &Robot, scene: &Scene, frame: &Frame, image: &Image, later: f64) {
+fn publish_frame(robot: &Robot, scene: &Scene, frame: &Frame, image: &Image, later: f64) {
     let stamp = frame.stamp + later;
     let odometry = Odometry {
         header: header(stamp, "odom"),

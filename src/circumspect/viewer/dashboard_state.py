@@ -19,7 +19,7 @@ NOTHING = np.empty((0, 3), np.float32)
 
 
 @dataclass(frozen=True, eq=False)
-class ShownObject:
+class ObjectSnapshot:
     """The object model and its grid.
 
     Attributes:
@@ -36,7 +36,7 @@ class ShownObject:
 
 
 @dataclass(frozen=True, eq=False)
-class ShownImages:
+class FrameImages:
     """The images of a frame.
 
     Attributes:
@@ -51,14 +51,14 @@ class ShownImages:
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class DashboardState:
     """The contents of the dashboard at one moment.
 
     Attributes:
         rows: Summaries of the frames, see `RecognitionStep.summary`. The list may grow after this
             moment; only the first `count` rows belong to it.
         count: Number of frames so far, including this moment's.
-        thing: The object.
+        object_snapshot: The object model and its grid.
         images: Images of the latest frame; None if not stored.
         camera: Intrinsics of the camera; None if unknown.
         T_map_camera: Estimated pose of the camera; None if unknown.
@@ -75,8 +75,8 @@ class Shown:
 
     rows: Sequence[Mapping[str, Any]]
     count: int
-    thing: ShownObject = field(default_factory=ShownObject)
-    images: ShownImages | None = None
+    object_snapshot: ObjectSnapshot = field(default_factory=ObjectSnapshot)
+    images: FrameImages | None = None
     camera: PinholeCamera | None = None
     T_map_camera: RigidTransform | None = None
     T_base_camera: RigidTransform | None = None
