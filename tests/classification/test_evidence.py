@@ -12,7 +12,6 @@ from circumspect.classification import (
 )
 from circumspect.classification.evidence import log_odds, occupied_blocks
 from circumspect.classification.model_description import ModelDescription
-from circumspect.classification.network_outputs import NetworkOutputs
 from circumspect.errors import GeometryError, InputError
 from circumspect.furniture import make_furniture
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
@@ -194,23 +193,19 @@ def test_log_odds_do_not_saturate():
 
 
 def test_a_rectangular_input_spec_is_explained_as_well():
-    class CornerCount(NetworkOutputs):
+    class Counting(OnnxClassifier):
         """Scores a chair by the number of occupied cells in one corner."""
 
-        def __init__(self, description):
-            self._described, self.gives_distances = description, False
-
-        def logits(self, inputs, contexts):
-            corner = inputs[:, 0, 0, :4, :4, :4].sum(axis=(1, 2, 3)).astype(float)
-            return np.stack([corner, np.zeros(len(inputs))], axis=1)
-
-    class Counting(OnnxClassifier):
         def __init__(self):
             input_spec = GridSpec(kind="rectangular", shape=(8, 8, 8))
+            self._outputs = ["logits"]
             self._described = ModelDescription.from_dict(
                 {"classes": ["chair", "sofa"], "grid": input_spec.to_dict()}
             )
-            self._network = CornerCount(self._described)
+
+        def _means_over_views(self, inputs, contexts, *outputs):
+            corner = inputs[:, 0, 0, :4, :4, :4].sum(axis=(1, 2, 3)).astype(float)
+            return [np.stack([corner, np.zeros(len(inputs))], axis=1)]
 
     states = np.full((8, 8, 8), 2, np.uint8)
     found = cell_evidence(

@@ -38,7 +38,7 @@ def fitted_to(classifier, objects):
     """The same classifier, with these as its training objects."""
     described = classifier.description
     training = {**described["training"], OBJECTS: objects.names.tolist()}
-    return OnnxClassifier(classifier._network.session, {**described, "training": training})
+    return OnnxClassifier(classifier._session, {**described, "training": training})
 
 
 @pytest.fixture(scope="module")

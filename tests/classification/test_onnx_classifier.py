@@ -329,7 +329,7 @@ def test_a_pickled_classifier_is_loaded_again(classifier, shipped_bytes, tmp_pat
 
 
 def test_a_classifier_from_no_file_can_not_be_pickled(classifier):
-    bare = OnnxClassifier(classifier._network.session, classifier.description)
+    bare = OnnxClassifier(classifier._session, classifier.description)
     with pytest.raises(TypeError, match=r"Classifier\.load\(model\)"):
         pickle.dumps(bare)
 

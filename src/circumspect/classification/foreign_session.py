@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from circumspect.classification.input_spec_file import AXES, InputSpecFile, spec_paths
+from circumspect.classification.input_spec_file import AXES, InputSpecFile
 from circumspect.errors import WeightsError
 
 SCORES = "scores"
@@ -38,36 +36,6 @@ class Value(NamedTuple):
     name: str
     type: str
     shape: list[Any]
-
-
-def adapted_session(
-    session: Any, file: Path, input_spec: str | os.PathLike[str] | None
-) -> tuple[ForeignSession, dict[str, Any]]:
-    """Adapt a network of another program by its input specification.
-
-    Args:
-        session: Of ONNX Runtime.
-        file: The network's path.
-        input_spec: Path of the input specification; None for that beside the network.
-
-    Returns:
-        The adapted session, and the description of classes, input and output.
-
-    Raises:
-        WeightsError: There is no input specification, or it does not fit.
-    """
-    given = None if input_spec is None else InputSpecFile.load(input_spec)
-    spec = given or InputSpecFile.beside(file)
-    if spec is None:
-        beside = " or ".join(path.name for path in spec_paths(file))
-        raise WeightsError(
-            f"{file}: an ONNX network of another program; describe its input in {beside}, or make "
-            "one with circumspect export"
-        )
-    try:
-        return ForeignSession(session, spec), spec.description(file.stem)
-    except WeightsError as error:
-        raise WeightsError(f"{file}: {error} ({spec.path.name})") from error
 
 
 class ForeignSession:
