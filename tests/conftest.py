@@ -53,6 +53,20 @@ def ctrl_c_at(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
     return arm
 
 
+@pytest.fixture(scope="session")
+def chair_obj(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A chair in centimetres with y up, away from the origin."""
+    from circumspect.furniture import make_furniture
+
+    mesh = make_furniture("chair", 3)
+    lying = 100 * mesh.vertices_xyz[:, [0, 2, 1]] * [1, 1, -1] + [30.0, 7.0, -4.0]
+    lines = [f"v {x} {y} {z}" for x, y, z in lying]
+    lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces + 1]
+    path = tmp_path_factory.mktemp("meshes") / "chair.obj"
+    path.write_text("\n".join(lines))
+    return path
+
+
 @pytest.fixture(autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CIRCUMSPECT_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,7 +13,6 @@ from circumspect.classification import (
     cell_evidence,
 )
 from circumspect.classification.evidence import log_odds, occupied_blocks
-from circumspect.classification.model_description import ModelDescription
 from circumspect.errors import GeometryError, InputError
 from circumspect.furniture import make_furniture
 from circumspect.grid import CylindricalGrid, OccupancyGrid, RectangularGrid
@@ -193,23 +194,25 @@ def test_log_odds_do_not_saturate():
 
 
 def test_a_rectangular_input_spec_is_explained_as_well():
-    class Counting(OnnxClassifier):
-        """Scores a chair by the number of occupied cells in one corner."""
+    class CornerCount:
+        """A network that scores a chair by the number of occupied cells in one corner."""
 
-        def __init__(self):
-            input_spec = GridSpec(kind="rectangular", shape=(8, 8, 8))
-            self._outputs = ["logits"]
-            self._described = ModelDescription.from_dict(
-                {"classes": ["chair", "sofa"], "grid": input_spec.to_dict()}
-            )
+        def get_inputs(self):
+            return [SimpleNamespace(name="cells")]
 
-        def _means_over_views(self, inputs, contexts, *outputs):
-            corner = inputs[:, 0, 0, :4, :4, :4].sum(axis=(1, 2, 3)).astype(float)
-            return [np.stack([corner, np.zeros(len(inputs))], axis=1)]
+        def get_outputs(self):
+            return [SimpleNamespace(name="logits")]
 
+        def run(self, names, feed):
+            corner = feed["cells"][:, 0, :4, :4, :4].sum(axis=(1, 2, 3))
+            return [np.stack([corner, np.zeros_like(corner)], axis=1, dtype=np.float32)]
+
+    input_spec = GridSpec(kind="rectangular", shape=(8, 8, 8))
+    description = {"classes": ["chair", "sofa"], "grid": input_spec.to_dict()}
+    classifier = OnnxClassifier(CornerCount(), description)
     states = np.full((8, 8, 8), 2, np.uint8)
     found = cell_evidence(
-        Counting(), OccupancyGrid(RectangularGrid((8, 8, 8)), states), edges=(1.0,)
+        classifier, OccupancyGrid(RectangularGrid((8, 8, 8)), states), edges=(1.0,)
     )
     np.testing.assert_allclose(found.cells[:4, :4, :4], 64.0, rtol=1e-4)
     assert np.abs(found.cells[4:]).max() == 0

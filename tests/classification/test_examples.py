@@ -11,6 +11,7 @@ from circumspect.classification.example_table import (
 )
 from circumspect.classification.model_description import OBJECTS
 from circumspect.classification.onnx_classifier import OnnxClassifier
+from circumspect.classification.opened_network import open_shipped
 from circumspect.classification.shipped import shipped_path
 from circumspect.datasets import ObjectSet, open_data_set
 from circumspect.errors import InputError, WeightsError
@@ -34,16 +35,16 @@ def furniture(classifier):
     )
 
 
-def fitted_to(classifier, objects):
-    """The same classifier, with these as its training objects."""
-    described = classifier.description
-    training = {**described["training"], OBJECTS: objects.names.tolist()}
-    return OnnxClassifier(classifier._session, {**described, "training": training})
+def fitted_to(objects):
+    """The shipped classifier, with these as its training objects."""
+    session, description = open_shipped("modelnet10", threads=1)
+    training = {**description["training"], OBJECTS: objects.names.tolist()}
+    return OnnxClassifier(session, {**description, "training": training})
 
 
 @pytest.fixture(scope="module")
 def table(classifier, furniture):
-    return example_table(fitted_to(classifier, furniture), furniture)
+    return example_table(fitted_to(furniture), furniture)
 
 
 def test_an_example_is_its_own_nearest_one_anywhere(classifier, furniture, table):
@@ -89,7 +90,7 @@ def test_shipped_examples_are_features_of_the_shipped_network(classifier, data_f
 
 def test_only_training_objects_become_examples(classifier, furniture):
     learnt = furniture.subset(np.array([4, 1]))
-    table = example_table(fitted_to(classifier, learnt), furniture)
+    table = example_table(fitted_to(learnt), furniture)
     assert table.names.tolist() == furniture.names[[1, 4]].tolist()
     assert table.labels.tolist() == furniture.labels[[1, 4]].tolist()
     with pytest.raises(InputError, match="trained on none of the set's 6 objects"):

@@ -19,6 +19,7 @@ from circumspect.classification import (
 )
 from circumspect.classification.cloud_checks import MIN_POINTS
 from circumspect.classification.model_description import METADATA_KEY
+from circumspect.classification.opened_network import open_shipped
 from circumspect.classification.shipped import shipped_path
 from circumspect.classification.upright import classify_any_way_up
 from circumspect.datasets import open_data_set
@@ -328,8 +329,8 @@ def test_a_pickled_classifier_is_loaded_again(classifier, shipped_bytes, tmp_pat
     assert copy.deepcopy(classifier).classify(cloud) == classifier.classify(cloud)
 
 
-def test_a_classifier_from_no_file_can_not_be_pickled(classifier):
-    bare = OnnxClassifier(classifier._session, classifier.description)
+def test_a_classifier_from_no_file_can_not_be_pickled():
+    bare = OnnxClassifier(*open_shipped("modelnet10", threads=1))
     with pytest.raises(TypeError, match=r"Classifier\.load\(model\)"):
         pickle.dumps(bare)
 

@@ -133,7 +133,7 @@ def test_a_floor_gives_a_hint_and_without_one_the_cloud_is_unchanged(chair, tmp_
     assert "floor" not in json.loads(out)
 
 
-def test_explain_any_way_up_is_as_unsure_as_classify(tmp_path, capsys):
+def test_explain_any_way_up_gives_the_confidence_of_classify(tmp_path, capsys):
     """Whether another pose is close is part of the answer."""
     reasons = []
     for number, category in enumerate(("night_stand", "dresser", "monitor", "desk")):

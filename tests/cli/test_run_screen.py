@@ -1,4 +1,4 @@
-"""What a run prints while it goes on, where standard error is no terminal."""
+"""What a run prints while it continues, where standard error is no terminal."""
 
 from __future__ import annotations
 

@@ -227,7 +227,7 @@ def test_names_and_types_are_those_of_ros(peer: Any, running: Any) -> None:
 def test_full_size_frames_at_the_cameras_rate(
     peer: Any, running: Any, tmp_path: Path, manner: str, fewest: int
 ) -> None:
-    """640 x 480 at 30 Hz, for as long as a test may take; `benchmarks.ros_wire` goes on longer.
+    """640 x 480 at 30 Hz, for as long as a test may take; `benchmarks.ros_wire` runs longer.
 
     Best effort may lose images where the kernel's buffers are small or the machine is busy.
     """

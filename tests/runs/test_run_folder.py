@@ -151,14 +151,14 @@ def test_lost_from_is_the_first_frame_of_the_final_loss(
 
 
 def test_the_log_gives_the_reason_of_an_unreliable_pose(tmp_path: Path) -> None:
-    class Unsure(KnownPoses):
+    class UnreliablePoses(KnownPoses):
         def track(self, frame: RgbdFrame) -> PoseEstimate:
             return replace(
                 super().track(frame), state=DEAD_RECKONING, reason="2 poses are possible"
             )
 
     parts = make_pipeline()
-    pipeline = RecognitionPipeline(parts.segmentation, Unsure(), parts.classifier)
+    pipeline = RecognitionPipeline(parts.segmentation, UnreliablePoses(), parts.classifier)
     run_pipeline(pipeline, frames(2), (RunFolder(tmp_path, CONFIG),))
     rows = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
     assert [row["pose_reason"] for row in rows] == ["2 poses are possible"] * 2

@@ -80,7 +80,7 @@ def frame_shown(page) -> int:
 
 
 def press(page, control) -> None:
-    """By keyboard: the panel may move while a run goes on."""
+    """By keyboard: the panel may move during a run."""
     until(page, control.is_enabled)
     control.focus()
     page.keyboard.press("Enter")

@@ -1,4 +1,4 @@
-"""A live run is shown while it goes on, and a hanging page does not delay it."""
+"""A live run is shown while it continues, and a hanging page does not delay it."""
 
 from __future__ import annotations
 

@@ -10,13 +10,12 @@ from typing import Any
 from circumspect.classification.shipped import MODELNET10, shipped_path
 from circumspect.datasets import GridCache, ObjectSet
 from circumspect.errors import InputError
-from circumspect.evaluation.predictor import check_classes, load_predictor
 from circumspect.nets.registry import NetSpec, net_spec, net_words, require_turnable
 from circumspect.training import TrainingSettings
 from circumspect_experiments.experiment import Experiment
 from circumspect_experiments.stages import Watched, is_trained, trained
 from circumspect_experiments.training_record import training_record
-from circumspect_experiments.whole_set import require_modelnet10
+from circumspect_experiments.whole_set import require_shipped_classes
 
 OURS = "circumspect"
 """The shipped classifier `modelnet10`, with the paper's protocol."""
@@ -180,8 +179,7 @@ def trained_contenders(
             of another experiment.
         OutputError: It can not be written.
     """
-    require_modelnet10(train, test)
-    check_classes(load_predictor(MODELNET10), test)
+    require_shipped_classes(train, test)
     weights, records = {OURS: shipped_path(MODELNET10)}, {}
     for net in how.nets:
         settings, input_spec = how.settings(net), Contender.from_name(net).spec.input_spec

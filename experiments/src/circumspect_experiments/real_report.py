@@ -10,6 +10,7 @@ from circumspect.evaluation.crop_report import (
     INTERVALS,
     WIDTH,
     command_block,
+    described_table,
     percent,
     percent_interval,
     shortened,
@@ -61,7 +62,7 @@ def _accuracy(document: Mapping[str, Any]) -> str:
         "Accuracy over all objects of known classes, mean accuracy per class, and how often the "
         "class is among the best two:"
     )
-    return f"{wrapped(text)}\n\n{aligned_table(head, rows)}"
+    return described_table(text, head, rows)
 
 
 def _paired(document: Mapping[str, Any]) -> str:
@@ -75,7 +76,7 @@ def _paired(document: Mapping[str, Any]) -> str:
         f"lost those that {first} alone names correctly. p is the probability of a difference as "
         "large as this if both were equally good (sign test)."
     )
-    return f"{wrapped(text)}\n\n{aligned_table(['classifier', 'gained', 'lost', 'p'], rows)}"
+    return described_table(text, ["classifier", "gained", "lost", "p"], rows)
 
 
 def _sources(document: Mapping[str, Any]) -> str:
@@ -111,7 +112,7 @@ def _confidence(document: Mapping[str, Any]) -> str:
         "with unknown coverage, and their accuracy; confident answers to objects of other kinds, "
         "which are all wrong."
     )
-    return f"{wrapped(text)}\n\n{aligned_table(head, rows)}"
+    return described_table(text, head, rows)
 
 
 def _open_set(document: Mapping[str, Any]) -> str:
@@ -129,7 +130,7 @@ def _open_set(document: Mapping[str, Any]) -> str:
         "Open set: area under the ROC curve between known classes and other kinds, and the shares "
         "of both that are accepted as in distribution."
     )
-    return f"{wrapped(text)}\n\n{aligned_table(head, rows)}"
+    return described_table(text, head, rows)
 
 
 def _choice(document: Mapping[str, Any]) -> str:

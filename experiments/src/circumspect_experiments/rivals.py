@@ -134,10 +134,7 @@ def _measured(
     row = {
         **_cost(net, weights, test),
         "at_0": float(around.accuracy[0]),
-        "mean": float(around.accuracy.mean()),
-        "worst": float(around.accuracy.min()),
-        "spread": float(np.ptp(around.accuracy)),
-        "flip_rate": around.flip_rate,
+        **around.summary,
         "whole_cells": float(sweeps["whole"].accuracy.mean()),
         "whole_cells_flip_rate": sweeps["whole"].flip_rate,
         **done_once(folder / TUMBLED, made_of, tumbled, dict.fromkeys(WAYS, float)),

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from circumspect import __version__
 from circumspect.classification import GridSpec
 from circumspect.datasets import GridCache, ObjectSet
@@ -111,13 +109,7 @@ def _document(
                 "yaw_deg": list(ANGLES_DEG),
                 "paper": list(published),
                 "accuracy": sweep.accuracy.tolist(),
-                "around": {
-                    "yaws": len(whole.yaw_deg),
-                    "mean": float(whole.accuracy.mean()),
-                    "worst": float(whole.accuracy.min()),
-                    "spread": float(np.ptp(whole.accuracy)),
-                    "flip_rate": whole.flip_rate,
-                },
+                "around": {"yaws": len(whole.yaw_deg), **whole.summary},
                 "training": records[kind, pool],
             }
         )

@@ -18,7 +18,6 @@ from circumspect.evaluation.accuracy import area_under_curve
 from circumspect.evaluation.calibration import known_within
 from circumspect.evaluation.distances import nearest_distances
 from circumspect.evaluation.markdown import table
-from circumspect.evaluation.predictor import check_classes, load_predictor
 from circumspect.evaluation.yaw_sweep import spread_yaws
 from circumspect.export import export_onnx
 from circumspect.export.examples import example_table
@@ -35,7 +34,7 @@ from circumspect_experiments.stages import (
     trained,
     write_report,
 )
-from circumspect_experiments.whole_set import require_modelnet10
+from circumspect_experiments.whole_set import require_shipped_classes
 
 SAMPLES = 32768
 """Number of points sampled on each other thing, as `classify` does on a mesh. The holes between
@@ -94,8 +93,7 @@ def reproduce_unknown(
             of another experiment.
         OutputError: It can not be written.
     """
-    require_modelnet10(train, test)
-    check_classes(load_predictor(MODELNET10), test)
+    require_shipped_classes(train, test)
     settings = how.settings(how.net)
     # Ten sets are augmented; the number of variants is limited to what the epochs use.
     settings = replace(settings, replicas=min(settings.replicas, settings.epochs))

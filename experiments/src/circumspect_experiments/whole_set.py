@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from circumspect.classification import shipped
 from circumspect.datasets import ObjectSet
 from circumspect.datasets.verification import MODELNET10
 from circumspect.errors import InputError
+from circumspect.evaluation.predictor import check_classes, load_predictor
 
 ANGLES_DEG = (0.0, 45.0, 90.0, 135.0)
 """Angles of section 4 [degrees]: training at the first, tests at all."""
@@ -44,6 +46,21 @@ def require_modelnet10(train: ObjectSet, test: ObjectSet) -> None:
             f"--data: {', '.join(errors)}; this experiment is of the {len(MODELNET10)} classes of "
             "ModelNet10: give a whole copy (circumspect data verify lists what one lacks)"
         )
+
+
+def require_shipped_classes(train: ObjectSet, test: ObjectSet) -> None:
+    """Check that a set is ModelNet10, with the classes of the shipped classifier `modelnet10`.
+
+    Args:
+        train: The training split.
+        test: The test split.
+
+    Raises:
+        InputError: See `require_modelnet10`.
+        WeightsError: The classifier has other classes than the test split.
+    """
+    require_modelnet10(train, test)
+    check_classes(load_predictor(shipped.MODELNET10), test)
 
 
 def _errors(split: str, objects: ObjectSet) -> list[str]:

@@ -15,39 +15,20 @@ from numpy.typing import ArrayLike, NDArray
 from circumspect.classification.classifier import Classifier
 from circumspect.classification.cloud_checks import is_one_object, require_plausible_size
 from circumspect.classification.confidence_rule import ConfidenceRule
-from circumspect.classification.context import contexts_of
-from circumspect.classification.foreign_session import ForeignSession
 from circumspect.classification.grid_spec import GridSpec
 from circumspect.classification.input_spec import InputSpec
-from circumspect.classification.input_spec_file import InputSpecFile, spec_paths
-from circumspect.classification.model_description import (
-    LaterFormatError,
-    ModelDescription,
-    current_description,
-)
-from circumspect.classification.onnx_session import (
-    broken_description,
-    check_shapes,
-    description_in,
-    foreign_network,
-    open_session,
-    run_in_parts,
-    shipped_network,
-)
+from circumspect.classification.model_description import ModelDescription, current_description
+from circumspect.classification.network_outputs import NetworkOutputs
 from circumspect.classification.open_set import OpenSetRule
+from circumspect.classification.opened_network import open_own, open_shipped
 from circumspect.classification.prediction import Prediction
 from circumspect.classification.shipped import SHIPPED, model_path, shipped_name
 from circumspect.classification.taught_classes import TaughtClass, TaughtClasses
 from circumspect.classification.taught_file import SUFFIX, TaughtFile
-from circumspect.errors import CircumspectError, InputError, WeightsError
+from circumspect.errors import InputError, WeightsError
 from circumspect.geometry import PointCloud
 from circumspect.geometry.given_shapes import as_cloud
 from circumspect.grid import OccupancyGrid
-
-FEATURES = "features"
-"""Name of the output with the features of the last layer."""
-DISTANCE = "distance"
-"""Name of the output with the distance from the features of the nearest training object."""
 
 
 class OnnxClassifier(Classifier):
@@ -56,12 +37,11 @@ class OnnxClassifier(Classifier):
     def __init__(
         self, session: Any, description: dict[str, Any], taught: TaughtClasses | None = None
     ) -> None:
-        self._session, self._taught = session, taught
         self.description = current_description(description)
         """Description in the file: name, classes, grid, temperature, training and, with the
         training objects, unknown_beyond."""
         self._described = ModelDescription.from_dict(self.description)
-        self._outputs = [output.name for output in session.get_outputs()]
+        self._network = NetworkOutputs(session, self._described, taught)
         self._loaded_with: tuple[str, int, str | None] | None = None
 
     @staticmethod
@@ -77,9 +57,7 @@ class OnnxClassifier(Classifier):
                 raise InputError(
                     f"{input_spec}: the classifier '{name}' needs no input specification"
                 )
-            title = f"the classifier '{name}'"
-            session = open_session(shipped_network(name), title, threads)
-            shipped = _checked(session, description_in(session, title), title)
+            shipped = OnnxClassifier(*open_shipped(name, threads))
             shipped._loaded_with = (name, threads, None)
             return shipped
         file = model_path(model)
@@ -88,7 +66,7 @@ class OnnxClassifier(Classifier):
                 raise InputError(f"{input_spec}: {file} needs no input specification")
             own = _taught(file, threads)
         else:
-            own = _own(file, foreign_network(model or ""), threads, input_spec)
+            own = OnnxClassifier(*open_own(model or "", threads, input_spec))
         # Absolute: never a shipped name, and the same file in every process.
         spec = None if input_spec is None else str(Path(input_spec).absolute())
         own._loaded_with = (str(file.absolute()), threads, spec)
@@ -106,25 +84,24 @@ class OnnxClassifier(Classifier):
         """
         if not self.gives_features:
             raise WeightsError("these weights give no features to teach; export them again")
-        earlier = () if self._taught is None else self._taught.classes
-        names = [name for name in self._described.outputs if name not in {c.name for c in earlier}]
+        session, earlier = self._network.session, {one.name for one in self.taught}
+        names = [name for name in self._described.outputs if name not in earlier]
         if not classes:
-            return OnnxClassifier(self._session, {**self.description, "classes": names})
+            return OnnxClassifier(session, {**self.description, "classes": names})
         for one in classes:
             if one.name in names:
                 raise InputError(f"the classifier names {one.name} already")
-            one.require_width(self._session.get_outputs()[self._outputs.index(FEATURES)].shape[1])
+            one.require_width(self._network.feature_width)
         named = [*names, *(one.name for one in classes)]
         taught = {one.name: len(one.features) for one in classes}
         description = {**self.description, "classes": named, "taught": taught}
-        return OnnxClassifier(
-            self._session, description, TaughtClasses(tuple(classes), self.temperature)
-        )
+        return OnnxClassifier(session, description, TaughtClasses(tuple(classes), self.temperature))
 
     @property
     def taught(self) -> tuple[TaughtClass, ...]:
         """The taught classes."""
-        return () if self._taught is None else tuple(self._taught.classes)
+        taught = self._network.taught
+        return () if taught is None else tuple(taught.classes)
 
     def __reduce__(self) -> tuple[Callable[..., OnnxClassifier], tuple[str, int, str | None]]:
         """A copy, in this or in another process, is loaded from the same file again.
@@ -218,14 +195,10 @@ class OnnxClassifier(Classifier):
         """The answer for one object."""
         if coverage is not None and not 0.0 <= coverage <= 1.0:
             raise InputError(f"the coverage must lie in 0 … 1, not {coverage!r}")
-        start, distance = time.perf_counter(), None
-        contexts = None if context is None else context[None]
-        if self.gives_distances:
-            logits, distances = self._means_over_views(inputs, contexts, self._outputs[0], DISTANCE)
-            distance = float(_single(distances)[0])
-        else:
-            (logits,) = self._means_over_views(inputs, contexts, self._outputs[0])
-        probabilities, other = self._softmax(logits)
+        start, contexts = time.perf_counter(), None if context is None else context[None]
+        logits, distances = self._network.logits_and_distances(inputs, contexts)
+        distance = None if distances is None else float(distances[0])
+        probabilities, other = self._network.softmax(logits)
         times = {**milliseconds, "classify": 1e3 * (time.perf_counter() - start)}
         belongs = None
         if self._described.open_set is not None:
@@ -269,23 +242,7 @@ class OnnxClassifier(Classifier):
         Returns:
             (n, c) that sum to 1 along each row.
         """
-        (logits,) = self._means_over_views(inputs, contexts, self._outputs[0])
-        return self._softmax(logits)[0]
-
-    def _softmax(
-        self, logits: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(n, c) probabilities of the classes, and (n,) that of "other" beside them."""
-        scores = self._scores(logits)
-        powers = np.exp(scores - scores.max(axis=1, keepdims=True))
-        shares = powers / powers.sum(axis=1, keepdims=True)
-        other = self._described.other
-        if other is None:
-            return shares, np.zeros(len(shares))
-        named = np.delete(powers, other, axis=1)
-        # A row of nothing but "other" also has a nearest class.
-        named = np.maximum(named, np.finfo(np.float64).tiny)
-        return named / named.sum(axis=1, keepdims=True), shares[:, other]
+        return self._network.softmax(self._network.logits(inputs, contexts))[0]
 
     def scores(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
@@ -299,9 +256,7 @@ class OnnxClassifier(Classifier):
         Returns:
             (n, c), averaged over views.
         """
-        (logits,) = self._means_over_views(inputs, contexts, self._outputs[0])
-        scores, other = self._scores(logits), self._described.other
-        return scores if other is None else np.delete(scores, other, axis=1)
+        return self._network.scores(self._network.logits(inputs, contexts))
 
     def open_set_signs(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
@@ -316,14 +271,8 @@ class OnnxClassifier(Classifier):
             (n,) the probability of "other", and (n,) the distance to the nearest training object,
             or None where the file does not hold them.
         """
-        outputs = (self._outputs[0], *((DISTANCE,) if self.gives_distances else ()))
-        logits, *distances = self._means_over_views(inputs, contexts, *outputs)
-        return self._softmax(logits)[1], _single(distances[0]) if distances else None
-
-    def _scores(self, logits: NDArray[np.float64]) -> NDArray[np.float64]:
-        if logits.shape[1] != len(self._described.outputs):
-            raise WeightsError(f"these weights give {logits.shape[1]} scores an input")
-        return logits / self._described.temperature
+        logits, distances = self._network.logits_and_distances(inputs, contexts)
+        return self._network.softmax(logits)[1], distances
 
     @property
     def rule(self) -> ConfidenceRule:
@@ -356,10 +305,7 @@ class OnnxClassifier(Classifier):
         Raises:
             WeightsError: The file does not give its features.
         """
-        if not self.gives_features:
-            raise WeightsError("these weights give no features; export them again")
-        (features,) = self._means_over_views(inputs, contexts, FEATURES)
-        return features
+        return self._network.features(inputs, contexts)
 
     def distances(
         self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None = None
@@ -376,79 +322,17 @@ class OnnxClassifier(Classifier):
         Raises:
             WeightsError: The file does not hold its training objects.
         """
-        if not self.gives_distances:
-            raise WeightsError("these weights hold no training objects; use export --examples")
-        (distances,) = self._means_over_views(inputs, contexts, DISTANCE)
-        return _single(distances)
+        return self._network.distances(inputs, contexts)
 
     @property
     def gives_features(self) -> bool:
         """Whether the file was exported with its features."""
-        return FEATURES in self._outputs[1:]
+        return self._network.gives_features
 
     @property
     def gives_distances(self) -> bool:
         """Whether the file was exported with its training objects."""
-        return DISTANCE in self._outputs[1:]
-
-    def _means_over_views(
-        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None, *outputs: str
-    ) -> list[NDArray[np.float64]]:
-        """The outputs of the network, extended by the taught classes."""
-        if self._taught is None or not {self._outputs[0], DISTANCE} & set(outputs):
-            return self._network_means(inputs, contexts, *outputs)
-        wanted = (self._outputs[0], FEATURES, *((DISTANCE,) if self.gives_distances else ()))
-        found = dict(zip(wanted, self._network_means(inputs, contexts, *wanted), strict=True))
-        nearest = _single(found[DISTANCE]) if self.gives_distances else None
-        logits, nearest = self._taught.completed(found[wanted[0]], found[FEATURES], nearest)
-        found[wanted[0]] = logits
-        if nearest is not None:
-            found[DISTANCE] = nearest[:, None]
-        return [found[name] for name in outputs]
-
-    def _network_means(
-        self, inputs: NDArray[Any], contexts: NDArray[np.float32] | None, *outputs: str
-    ) -> list[NDArray[np.float64]]:
-        count, views = inputs.shape[:2]
-        flat = inputs.reshape(count * views, *self.input_spec.input_shape)
-        contexts = contexts_of(self.input_spec, inputs, contexts)
-        repeated = None if contexts is None else np.repeat(contexts, views, axis=0)
-        found = run_in_parts(self._session, flat, outputs, repeated)
-        return [one.reshape(count, views, -1).mean(axis=1, dtype=np.float64) for one in found]
-
-
-def _single(distances: NDArray[np.float64]) -> NDArray[np.float64]:
-    if distances.shape[1] != 1:
-        raise WeightsError(f"these weights give {distances.shape[1]} distances an input")
-    return distances[:, 0]
-
-
-def _own(
-    file: Path, content: bytes, threads: int, input_spec: str | os.PathLike[str] | None
-) -> OnnxClassifier:
-    """The classifier in a user's file, from `circumspect export` or another program."""
-    session, title = open_session(content, str(file), threads, foreign=True), str(file)
-    description = description_in(session, title)
-    if description is not None:
-        if input_spec is not None:
-            raise InputError(
-                f"{input_spec}: {file} was made by circumspect export and holds its own input "
-                "specification; leave this one out"
-            )
-        return _checked(session, description, title)
-    given = None if input_spec is None else InputSpecFile.load(input_spec)
-    spec = given or InputSpecFile.beside(file)
-    if spec is None:
-        beside = " or ".join(path.name for path in spec_paths(file))
-        raise WeightsError(
-            f"{file}: an ONNX network of another program; describe its input in {beside}, or make "
-            "one with circumspect export"
-        )
-    try:
-        adapted = ForeignSession(session, spec)
-    except WeightsError as error:
-        raise WeightsError(f"{file}: {error} ({spec.path.name})") from error
-    return OnnxClassifier(adapted, spec.description(file.stem))
+        return self._network.gives_distances
 
 
 def _taught(file: Path, threads: int) -> OnnxClassifier:
@@ -460,22 +344,3 @@ def _taught(file: Path, threads: int) -> OnnxClassifier:
         return base.with_taught(taught.classes)
     except InputError as error:
         raise WeightsError(f"{file}: {error}; teach it again") from error
-
-
-def _checked(session: Any, description: Any, name: str) -> OnnxClassifier:
-    """The classifier, if the network fits its description."""
-    try:
-        classifier = OnnxClassifier(session, description)
-    except LaterFormatError as error:
-        raise WeightsError(f"{name}: {error}") from error
-    except (ValueError, KeyError, TypeError, RecursionError, CircumspectError) as error:
-        raise broken_description(name, error) from error
-    try:
-        check_shapes(
-            session, classifier.input_spec.input_shape,
-            len(classifier.classes) + (classifier.other is not None),
-            classifier.input_spec.takes_context,
-        )  # fmt: skip
-    except WeightsError as error:
-        raise WeightsError(f"{name}: {error}; export it again") from error
-    return classifier

@@ -77,6 +77,17 @@ def wrapped(text: str) -> str:
     return textwrap.fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
+def described_table(text: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A wrapped paragraph, and the table that it describes.
+
+    Args:
+        text: The paragraph.
+        head: Names of the columns.
+        rows: As many cells each.
+    """
+    return f"{wrapped(text)}\n\n{aligned_table(head, rows)}"
+
+
 def command_block(command: str) -> str:
     """A command to copy; its lines are continued at the width of the terminal."""
     lines = textwrap.wrap(command, WIDTH - 2, break_long_words=False, break_on_hyphens=False,
@@ -168,7 +179,7 @@ def _confusion(metrics: Mapping[str, Any]) -> str:
     key = ", ".join(f"{number} {shortened(name)}" for number, name in enumerate(classes, start=1))
     head = ["label", *(str(number) for number in range(1, len(classes) + 1))]
     text = f"Rows are labels, columns answers: {key}."
-    return f"{wrapped(text)}\n\n{aligned_table(head, table)}"
+    return described_table(text, head, table)
 
 
 def _answers_by_label(metrics: Mapping[str, Any]) -> Sequence[tuple[str, str, dict[str, int]]]:
@@ -218,7 +229,7 @@ def _confidence(metrics: Mapping[str, Any]) -> str:
         "An answer is confident by the rule of the classifier, with unknown coverage. Accuracy is "
         "that of the confident answers; to an object of another kind any class is wrong."
     )
-    return f"{wrapped(text)}\n\n{aligned_table(head, rows)}"
+    return described_table(text, head, rows)
 
 
 def _bins(metrics: Mapping[str, Any]) -> str:
@@ -249,4 +260,4 @@ def _open_set(metrics: Mapping[str, Any]) -> str:
         ["known classes", *_share_cells(found["known_in_distribution"])],
         ["other kinds", *_share_cells(found["other_in_distribution"])],
     ]
-    return f"{wrapped(text)}\n\n{aligned_table(head, rows)}"
+    return described_table(text, head, rows)

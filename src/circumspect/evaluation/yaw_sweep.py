@@ -66,6 +66,17 @@ class YawSweep:
         return float((self.answers != self.answers[0]).any(axis=0).mean())
 
     @property
+    def summary(self) -> dict[str, float]:
+        """Mean and worst accuracy over the yaws, their spread, and the flip rate."""
+        accuracy = self.accuracy
+        return {
+            "mean": float(accuracy.mean()),
+            "worst": float(accuracy.min()),
+            "spread": float(np.ptp(accuracy)),
+            "flip_rate": self.flip_rate,
+        }
+
+    @property
     def confusion(self) -> NDArray[np.int64]:
         """(c, c) counts over all yaws; row is the true class."""
         return confusion_matrix(self.flat[1], self.answers.reshape(-1), len(self.classes))
@@ -130,14 +141,15 @@ class YawSweep:
     def to_dict(self) -> dict[str, Any]:
         """Content of `metrics.json`."""
         correct = self.answers == self.labels
+        summary = self.summary
         mean_class = [mean_class_accuracy(row, self.labels, len(self.classes)) for row in correct]
         return {
             "yaw_deg": self.yaw_deg.tolist(),
             "accuracy": self.accuracy.tolist(),
             "mean_class_accuracy": mean_class,
-            "worst": float(self.accuracy.min()),
-            "spread": float(self.accuracy.max() - self.accuracy.min()),
-            "flip_rate": self.flip_rate,
+            "worst": summary["worst"],
+            "spread": summary["spread"],
+            "flip_rate": summary["flip_rate"],
             "expected_calibration_error": reliability(*self.flat).expected_error,
             "confusion": self.confusion.tolist(),
             "classes": list(self.classes),

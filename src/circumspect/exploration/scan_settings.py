@@ -89,8 +89,8 @@ class RoomSettings:
         clutter: Whether the room contains other things.
         mast_height: Height of the camera above the floor [m], 0.05 to 5.
         tilt_deg: Downward tilt of the camera [degrees]; by default the object fits the view.
-        wheel_error: Share by which the right wheel is larger than the odometry believes, -0.2 to
-            0.2.
+        wheel_error: Excess of the right wheel's radius over that of the left one, as a fraction
+            of their mean, -0.2 to 0.2. The odometry assumes equal wheels.
         bump_height: Height of the highest ridge on the floor [m], 0 to 0.05.
         distorted: Whether the camera's depth is distorted as `DepthNoise` describes.
     """

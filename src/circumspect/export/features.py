@@ -10,7 +10,7 @@ import onnxruntime
 from onnx import TensorProto, helper
 
 from circumspect.classification import Classifier
-from circumspect.classification.onnx_classifier import FEATURES
+from circumspect.classification.network_outputs import FEATURES
 from circumspect.errors import CircumspectError, WeightsError
 from circumspect.storage import atomic_path
 

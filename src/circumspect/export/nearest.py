@@ -15,7 +15,7 @@ from onnx import TensorProto, helper, numpy_helper
 
 from circumspect.classification import Classifier, ExampleTable
 from circumspect.classification.model_description import checked_distance
-from circumspect.classification.onnx_classifier import DISTANCE, FEATURES
+from circumspect.classification.network_outputs import DISTANCE, FEATURES
 from circumspect.errors import WeightsError
 from circumspect.export.description import describe
 from circumspect.storage import atomic_path

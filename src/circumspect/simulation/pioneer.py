@@ -40,8 +40,9 @@ class RobotSettings:
         slip: Fraction of the wheels' travel that does not become motion; see `WheelSlip`.
         expected_slip: Slip that the odometry subtracts, from a calibration drive. With 0 the
             odometry overestimates the distance on a floor with slip.
-        wheel_radius_error: Fraction by which the right wheel is larger than the left one. The
-            odometry assumes equal wheels, so that the robot drifts to the left.
+        wheel_radius_error: Excess of the right wheel's radius over that of the left one, as a
+            fraction of their mean. The odometry assumes equal wheels, so that the robot drifts to
+            the left.
         bump_height: Height of the highest ridge on the floor [m]; the robot passes up to 0.02 m.
 
     Raises:
