@@ -15,7 +15,7 @@ from circumspect.grid import OccupancyGrid
 from circumspect.grid.grid_plot import MARGIN_ROWS
 from circumspect.planning import NextView
 from circumspect.recognition import RecognitionResult
-from circumspect.runs import RunPath
+from circumspect.runs import RunPath, picture
 from circumspect.runs.panels import draw_probabilities, draw_shares
 from circumspect.runs.picture import captions, draw_run
 from circumspect.runs.plan_panel import LEGEND_LINES, LEGEND_WIDTH, MISSED_COLOUR, draw_plan
@@ -221,6 +221,21 @@ def named(
     )
     steps = (replace(step, prediction=answer, coverage=coverage) for step in result.steps)
     return replace(result, steps=tuple(steps))
+
+
+def test_a_long_title_ends_before_the_bars(
+    result: RecognitionResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    long = "night stand or dresser or monitor (41 % / 33 % / 13 %), not confident, and more"
+    monkeypatch.setattr(picture, "captions", lambda *_: (long, ""))
+    figure = Figure(figsize=(16, 9.6), dpi=100)
+    FigureCanvasAgg(figure)
+    shares = {"visible surface modelled": 0.5, "whole surface modelled": 0.3}
+    picture._arrange(figure, result, {}, RunPath(), (), shares)
+    bars = figure.axes[0]
+    left = min(label.get_window_extent().x0 for label in bars.get_yticklabels() + bars.texts)
+    heading = next(text for text in figure.texts if text.get_text() == long)
+    assert heading.get_window_extent().x1 < left
 
 
 def test_the_captions_state_confidence_and_correctness(

@@ -70,7 +70,10 @@ def _arrange(
         raise ValueError("a run without a grid has no picture")
     cloud = last.model.cloud().thinned(MAX_SHOWN_POINTS)
     title, note = captions(result, config)
-    figure.text(0.035, 0.957, title, fontsize=21, fontweight="bold", va="center")
+    heading = figure.text(0.035, 0.957, title, fontsize=21, fontweight="bold", va="center")
+    # Bars are to the right of it.
+    too_wide = heading.get_window_extent().width / (0.61 * figure.bbox.width)
+    heading.set_fontsize(21 / max(1.0, too_wide))
     figure.text(0.035, 0.922, note, fontsize=12.5, color="0.35", va="center")
     shares = {"azimuth covered": last.coverage, **(completeness or {"surface modelled": None})}
     draw_shares(figure.add_axes((0.77, 0.9, 0.135, 0.026 * len(shares))), shares)
