@@ -21,6 +21,8 @@ from circumspect.ros.node_settings import NodeSettings
 from circumspect.ros.recognition_node import RecognitionNode
 from circumspect.sensing.millimetres import millimetres
 
+pytestmark = pytest.mark.xdist_group("wire")  # The peer is built once.
+
 LOST = 1
 """Best effort may lose an image on a busy machine; what is asked for again is not lost."""
 
