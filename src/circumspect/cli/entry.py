@@ -90,5 +90,5 @@ def _run() -> Any:
 
 
 def _end_interrupted() -> int:
-    os.write(2, b"circumspect: interrupted; the same command starts or goes on again\n")
+    os.write(2, b"circumspect: interrupted; the same command starts or resumes it\n")
     return INTERRUPTED

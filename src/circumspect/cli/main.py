@@ -119,7 +119,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (CircumspectError, KeyboardInterrupt) as error:
         if (interrupt := _interrupt_behind(error)) is not None:
             # A run with random values adds a note how to repeat it.
-            notes = getattr(interrupt, "__notes__", ("the same command starts or goes on again",))
+            notes = getattr(interrupt, "__notes__", ("the same command starts or resumes it",))
             say(f"interrupted; {'; '.join(notes)}")
             return EXIT_CODE if isinstance(interrupt, Terminated) else 130
         say(str(error))
