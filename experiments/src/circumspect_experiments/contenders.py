@@ -116,8 +116,8 @@ class Comparison(Experiment):
         """See `Experiment.trained_nets`."""
         return self.nets
 
-    def meant(self, net: str) -> TrainingSettings:
-        """See `Experiment.meant`."""
+    def default_settings(self, net: str) -> TrainingSettings:
+        """See `Experiment.default_settings`."""
         return Contender.from_name(net).settings
 
     def asks_for(self, row: str) -> bool:

@@ -55,12 +55,12 @@ class Experiment(ABC):
 
     def settings(self, net: str) -> TrainingSettings:
         """A network's default training settings, with the changes of the experiment."""
-        defaults = self.meant(net)
+        defaults = self.default_settings(net)
         epochs = self.epochs_of.get(net) or self.epochs or defaults.epochs
         precision = self.precision_of.get(net, self.precision)
         return replace(defaults, epochs=epochs, precision=precision, seed=self.seed)
 
-    def meant(self, net: str) -> TrainingSettings:
+    def default_settings(self, net: str) -> TrainingSettings:
         """A network's default training settings."""
         return TrainingSettings.of_net(net_spec(net))
 

@@ -120,14 +120,14 @@ def _tested(
     return StartAnswers.of_sweeps(sweeps, scans.tests), training_record(weights)
 
 
-def with_equal_steps(meant: TrainingSettings, count: int) -> TrainingSettings:
+def with_equal_steps(defaults: TrainingSettings, count: int) -> TrainingSettings:
     """Training settings for a smaller set with as many steps as on ModelNet10.
 
     Args:
-        meant: Settings for ModelNet10.
+        defaults: Settings for ModelNet10.
         count: Number of training scans.
     """
-    return replace(meant, passes=max(1, round(EPOCH_DRAWS / count)))
+    return replace(defaults, passes=max(1, round(EPOCH_DRAWS / count)))
 
 
 def _draw(answers: StartAnswers, path: Path) -> None:

@@ -43,7 +43,7 @@ def require_modelnet10(train: ObjectSet, test: ObjectSet) -> None:
     errors = [*_errors("training", train), *_errors("test", test)]
     if errors:
         raise InputError(
-            f"--data: {', '.join(errors)}; this experiment is of the {len(MODELNET10)} classes of "
+            f"--data: {', '.join(errors)}; this experiment needs the {len(MODELNET10)} classes of "
             "ModelNet10: give a whole copy (circumspect data verify lists what one lacks)"
         )
 
