@@ -89,9 +89,9 @@ def test_every_network_is_tested_on_scans_from_every_start(
 
 
 def test_an_epoch_shows_as_many_scans_as_one_on_modelnet10_shows_objects() -> None:
-    meant = QUICK.settings("moon2018")
-    assert with_equal_steps(meant, 360) == replace(meant, passes=9)
-    assert with_equal_steps(meant, 10 * EPOCH_DRAWS) == meant
+    defaults = QUICK.settings("moon2018")
+    assert with_equal_steps(defaults, 360) == replace(defaults, passes=9)
+    assert with_equal_steps(defaults, 10 * EPOCH_DRAWS) == defaults
 
 
 def test_labels_change_where_an_object_is_not_called_the_same() -> None:
