@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
@@ -42,6 +43,7 @@ def cluster() -> Iterator[object]:
     )
     from ray.cluster_utils import Cluster
 
+    handler = signal.getsignal(signal.SIGTERM)
     # The loss of a node is detected within a second.
     quick = {"health_check_period_ms": 200, "health_check_failure_threshold": 3}
     made = Cluster(
@@ -54,6 +56,8 @@ def cluster() -> Iterator[object]:
     made.add_node(num_cpus=1, object_store_memory=STORE)
     yield made
     made.shutdown()
+    # The nodes' own handler would stay.
+    signal.signal(signal.SIGTERM, handler)
 
 
 @pytest.fixture(scope="module")
