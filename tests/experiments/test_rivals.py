@@ -166,7 +166,7 @@ def check_robustness(out):
 def test_whole_cells_are_whole_and_yaws_over_the_turn_are_not():
     cell = 360 / 32
     assert all(angle % cell == 0 for angle in WHOLE_DEG)
-    # Nor are they whole quarters of a cell, by which views of a classifier may lie apart.
+    # Nor are they whole quarters of a cell, the distance of a classifier's views.
     off = np.array(spread_yaws(64))[1:] % (cell / 4)
     assert np.minimum(off, cell / 4 - off).min() > 1e-3
 

@@ -32,7 +32,7 @@ def variants(random_yaw, changes=None, seed=0):
 
 
 def angle_between(still, turned):
-    """The one angle [rad] by which all points are turned about the z axis."""
+    """The rotation [rad] of all points about the z axis."""
     np.testing.assert_array_equal(turned[:, 2], still[:, 2])
     flat, other = (points[:, 0] + 1j * points[:, 1] for points in (still, turned))
     angle = np.angle((other * flat.conj()).sum())

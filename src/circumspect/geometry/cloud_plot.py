@@ -27,7 +27,7 @@ def draw_cloud(
     Args:
         axes: Where to draw.
         points_xyz: (n, 3) [m] the surface.
-        normals_xyz: (n, 3) unit normals, by which points that face away are hidden, or None.
+        normals_xyz: (n, 3) unit normals, to hide points that face away; None shows all.
         azimuth_deg: Where the eye is, seen from the object [degrees].
         elevation_deg: The same, above the horizon [degrees].
     """

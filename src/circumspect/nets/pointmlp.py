@@ -14,7 +14,7 @@ EMBEDDED = 32
 STAGES = ((64, 1), (128, 1), (256, 2), (256, 1))
 """Features of each stage, and its residual blocks before and after the pooling."""
 BOTTLENECK = 4
-"""Factor by which a residual block reduces the features."""
+"""A residual block divides the number of features by this."""
 MIN_SPREAD = 1e-5
 
 

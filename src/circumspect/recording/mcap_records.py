@@ -44,7 +44,7 @@ _RECORD_START = re.compile(rb"(?=[\x01-\x0f][\s\S]{3}[\x00-\x10]\0{4})")
 """Possible start of a record: an opcode and a length of at most `MAX_UNPACKED_BYTES`."""
 _PIECE_BYTES = 1 << 20
 _MIN_CONSECUTIVE = 3
-"""Number of consecutive records by which the start of a record is recognised."""
+"""Consecutive valid records that confirm the start of a record."""
 
 
 class McapRecords:

@@ -104,7 +104,7 @@ class ReadableSegments(Iterator[tuple[int, Message]]):
 
 
 class _PlainSuffix(type(Path())):
-    """A path with a lower-case suffix, by which rosbags recognises the format."""
+    """A path with a lower-case suffix: rosbags recognises the format from it."""
 
     @property
     def suffix(self) -> str:
