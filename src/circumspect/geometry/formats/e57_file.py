@@ -6,12 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from circumspect.errors import InputError, MissingExtraError
+from circumspect.errors import MissingExtraError
 from circumspect.geometry.formats.file_shape import FileShape
-from circumspect.geometry.formats.ignored_warnings import ignored_warnings
+from circumspect.geometry.formats.library_reading import library_reading, require_readable_count
 
-MAX_POINTS = 20_000_000
-"""Largest number of points, since packed points may take little space in the file."""
 _AXES = ("cartesianX", "cartesianY", "cartesianZ")
 
 
@@ -26,19 +24,12 @@ def read_e57(path: Path) -> FileShape:
         import pye57
     except ImportError as error:
         raise MissingExtraError("pye57, which reads E57,", "formats") from error
-    try:
-        with ignored_warnings(), pye57.E57(str(path)) as file:
-            count = sum(file.get_header(index).point_count for index in range(file.scan_count))
-            if count > MAX_POINTS:
-                raise InputError(f"has {count} points; {MAX_POINTS} are read: thin it out first")
-            scans = [
-                file.read_scan(index, ignore_missing_fields=True, transform=True)
-                for index in range(file.scan_count)
-            ]
-    except (InputError, MemoryError, OSError):
-        raise
-    except Exception as error:  # The library lets through what broken files bring about.
-        reason = str(error).partition("\n")[0] or type(error).__name__
-        raise InputError(f"is no readable E57 file ({reason[:200]}); copy it again") from error
+    with library_reading("E57"), pye57.E57(str(path)) as file:
+        headers = [file.get_header(index) for index in range(file.scan_count)]
+        require_readable_count(sum(header.point_count for header in headers))
+        scans = [
+            file.read_scan(index, ignore_missing_fields=True, transform=True)
+            for index in range(file.scan_count)
+        ]
     tables = [np.column_stack([scan[axis] for axis in _AXES]) for scan in scans]
     return FileShape(np.concatenate([np.empty((0, 3)), *tables]).astype(np.float64))

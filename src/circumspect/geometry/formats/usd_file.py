@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from circumspect.errors import CircumspectError, InputError, MissingExtraError
 from circumspect.geometry.formats.file_shape import FileShape
+from circumspect.geometry.formats.library_reading import require_readable_count
 from circumspect.geometry.formats.polygons import fan_triangles_mixed
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 MAX_LAYERS = 200
-MAX_POINTS = 20_000_000
 
 Part = tuple[NDArray[np.float64], NDArray[np.int64] | None]
 """Points [m], and triangles over them; None for a cloud."""
@@ -105,8 +105,7 @@ def _parts(stage: Any, unit_m: float) -> Iterator[Part]:
             continue
         points = np.array((mesh or cloud).GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
         count += len(points)
-        if count > MAX_POINTS:
-            raise InputError(f"has {count} points; {MAX_POINTS} are read")
+        require_readable_count(count)
         # Rows are multiplied from the left in USD.
         matrix = np.array(places.GetLocalToWorldTransform(prim))
         placed = unit_m * (points @ matrix[:3, :3] + matrix[3, :3])
